@@ -1,5 +1,6 @@
-"""What limits the report's network: it is trained by other recipes, on other data, and with the other decoder that has
-as many parameters. A section of docs/report.md, written there by docs/report.py; by itself this prints it.
+"""Limits of the report's network: other recipes, other data, and the other decoder with the same number of parameters.
+
+docs/report.py writes this section of docs/report.md; run alone, this prints it.
 
     python docs/limits.py [--shapes FOLDER] [--work DIR]
 """
@@ -37,12 +38,14 @@ MESHES = (
     "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "
     "vehicles"
 )
-"""Folders of real meshes, which the report's shapes were as well."""
+"""Folders of real meshes; the report used meshes only."""
 
 
 class EarlySkip(Paper):
-    """The report's network by the other reading of its counts: decoding layers upsample first, and the skip joins
-    before layer 4, which then has 40 channels in, and layer 5 has 5. PyTorch alone has it."""
+    """The report's network by the other reading of its parameter counts. The core does not have it.
+
+    Decoding layers upsample first. The skip joins before layer 4, which then reads 40 channels, and layer 5 reads 5.
+    """
 
     def __init__(self, groups: int = 4) -> None:
         super().__init__(groups)
@@ -179,20 +182,20 @@ def decoders(work: Work, own: Dataset, epochs: int) -> str:
 
 
 def scores_after(epochs: int, run: Path) -> list[str]:
-    """The SSIM in validation at each stage, of a training that went on for so many epochs or more."""
+    """Return the SSIM in validation at each stage, after the given number of epochs."""
     with (run / LOG).open(encoding="utf-8") as file:
         row = list(csv.DictReader(file))[epochs - 1]
     return [f"{float(row[name]):.4f}" for name in SSIM_COLUMNS]
 
 
 def from_the_report(result: Evaluation, paper: Path) -> list[tuple[float, float]]:
-    """The SSIM of the report's recipe at each stage, and its difference from the report."""
+    """Return the SSIM of the report's recipe at each stage, and its difference from the report."""
     pairs = zip(result.mean(raw(paper.stem)), reference.SSIM.values(), strict=True)
     return [(float(ours), float(ours - theirs)) for ours, theirs in pairs]
 
 
 def ahead(some: Evaluation, more: Evaluation, paper: Path) -> str:
-    """At how many stages the report's recipe is above the report on real meshes."""
+    """Return a sentence: at how many stages the report's recipe is above the report on real meshes."""
     counts = [sum(difference > 0 for _, difference in from_the_report(result, paper)) for result in (some, more)]
     return (
         f"On {len(set(some.shapes))} real meshes the report's recipe is above the report at {counts[0]} of "
@@ -201,7 +204,7 @@ def ahead(some: Evaluation, more: Evaluation, paper: Path) -> str:
 
 
 def differences(results: Sequence[Evaluation], paper: Path) -> str:
-    """A table of the raw output of the report's recipe on real meshes, and its difference from the report."""
+    """Return a table of the recipe's raw output on real meshes, and its difference from the report."""
     rows = [
         [f"{len(set(result.shapes))}", *(f"{ours:.4f} ({by:+.4f})" for ours, by in from_the_report(result, paper))]
         for result in results
@@ -211,7 +214,7 @@ def differences(results: Sequence[Evaluation], paper: Path) -> str:
 
 
 def scores(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
-    """A table of SSIM: the raw output of networks, then the same with traced pixels kept, then fillings."""
+    """Return a table of SSIM: the raw output of networks, then with traced pixels kept, then fillings."""
     names = [path.stem for path in weights]
     rows = [["the report, on its own shapes", *(f"{value:.4f}" for value in reference.SSIM.values())]]
     methods = (*map(raw, names), *map(kept, names), *FILLINGS)

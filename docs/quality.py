@@ -1,10 +1,9 @@
-"""Measures how good and how steady pictures are, for networks and pixel orders, and writes docs/quality.md.
+"""Measure the errors and the flicker of completed pictures by network and pixel order, and write docs/quality.md.
 
     python docs/quality.py [--scale small] [--shapes FOLDER] [--limit N] [--weights NAME] [--work DIR]
 
-What was measured stays in DIR, and is not measured again: of a network for as long as its weights are the same, of a
-pixel order for as long as its pixels are. The small scale does the same with few shapes in a minute, and leaves docs/
-alone: it writes to DIR.
+DIR keeps the results. A network is measured again only if its weights change, a pixel order only if its pixels change.
+The small scale takes a minute with a few shapes and writes its page to DIR, not to docs/.
 """
 
 from __future__ import annotations
@@ -39,16 +38,16 @@ from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
-LATTICE = "lattice"  # the best of those that do not depend on what is seen
+LATTICE = "lattice"  # the best order that does not depend on the picture
 ORDERS = (*FIXED_ORDERS, ADAPTIVE)
-REPORT = "paper"  # its network
+REPORT = "paper"  # the report's network
 LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
 STEADY_FILLINGS = (LINEAR, "pull-push")
 SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
 SHOWN_OF_ORDERS = (0.02, 0.05, 0.1)
 SHOWN_OF_FAILURES = (0.05, 0.25)
-COST_AT = 0.05  # the share for which quality stands beside milliseconds
+COST_AT = 0.05  # share of the pixels for comparing quality with milliseconds
 PANELS = (
     f"From the left: the pixels traced in order {DEFAULT_ORDER}; {LINEAR}, {REPORT} (the report's network) and ours, "
     f"from the same number of {UNIFORM} pixels; ours from the {DEFAULT_ORDER} ones; all pixels. Numbers are SSIM."
@@ -60,25 +59,25 @@ BY_NEED = {
     256: {0.02: -0.28, 0.05: -0.42, 0.1: -0.62, 0.25: -0.87},
     512: {0.02: -0.40, 0.05: -0.62, 0.1: -0.86, 0.25: -0.98},
 }
-"""By the size of pictures: changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the
-share of traced pixels."""
-WORSE = 0.005  # of SSIM, by which a single picture may be worse
-FOVS = (0, 35, 60)  # degrees in which perspective is compared; 0 is orthographic
-GOOD = (0.95, 0.99)  # SSIM that takes so many rays
+"""Target changes of 1 - SSIM from the lattice to the adaptive order, by the size of pictures and the share of traced
+pixels."""
+WORSE = 0.005  # loss of SSIM above which a single picture is counted
+FOVS = (0, 35, 60)  # fields of view in degrees; 0 is orthographic
+GOOD = (0.95, 0.99)  # SSIM for which the share of pixels is given
 
 KNOWN_BELOW, KNOWN_CLOSE = 0.9, 0.8
-"""Shares of pictures that are to have a true error below the expected one, and within a factor of two of it."""
+"""Target shares of pictures with a true error below the expected one, and within a factor of two of it."""
 
 IN_COLOR = -0.2
-"""Change of FLIP from linear filling of each component that is to be reached in colour, at every share of `SHOWN`."""
+"""Target change of FLIP from linear filling of each colour component, at every share of `SHOWN`."""
 
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
 AT_MOST_LATTICE = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
-"""Changes of 1 - SSIM from linear filling with uniform order that are to be reached, by the share of traced pixels."""
+"""Target changes of 1 - SSIM from linear filling in order uniform, by the share of traced pixels."""
 
 
 class Subject(NamedTuple):
-    """A shape that pictures are drawn of. All of these may be shown by anyone."""
+    """A shape to draw. The licences of all of them permit that."""
 
     file: str
     what: str
@@ -104,7 +103,7 @@ THIN = (
     "scans/stanford_drill_bit.ply",
     "vehicles/pirate_ship.ply",
 )
-"""Shapes with thin parts, which the first pixels may miss."""
+"""Shapes with parts so thin that the first pixels may miss them."""
 
 FAILURES = (
     Subject("anatomy_bio/coronavirus.ply", "thin spikes", bob.Camera(azimuth=30, elevation=20)),
@@ -117,22 +116,22 @@ FAILURES = (
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is measured."""
+    """Sizes and counts of the measurements."""
 
-    real: int | None = None  # files of real shapes, at most
-    own: int = 64  # shapes of the package's own
-    steady_real: int = 16  # of which stability is measured
+    real: int | None = None  # maximum of files of real shapes; None: all
+    own: int = 64  # shapes made by the package
+    steady_real: int = 16  # real shapes for stability
     steady_own: int = 8
-    size: int = 256  # of pictures that are measured
-    large: int = 512  # of those in which orders are compared once more
-    large_real: int = 96  # shapes in them
-    perspective_real: int = 20  # shapes that are seen in perspective
-    colored: int = 24  # shapes in colour, of each sort
-    known_real: int = 96  # shapes of which the expected errors are compared with the true ones
-    panel: int = 176  # of those that are shown
+    size: int = 256  # of measured pictures
+    large: int = 512  # of pictures for the second comparison of orders
+    large_real: int = 96  # shapes in these pictures
+    perspective_real: int = 20  # shapes in perspective
+    colored: int = 24  # coloured shapes of each kind
+    known_real: int = 96  # shapes for comparing expected and true errors
+    panel: int = 176  # size of the panels in the document
     fractions: tuple[float, ...] = FRACTIONS
     frames: int = 20
-    runs: int = 11  # to measure milliseconds
+    runs: int = 11  # timed runs
 
 
 SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
@@ -236,7 +235,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
-    """Measure the network with every order, the report's and linear filling with three, other fillings with one."""
+    """Measure the networks and linear filling in three orders, the other fillings in one."""
     measure = partial(evaluate_scenes, scenes, size=(scale.size, scale.size), fractions=scale.fractions)
     recall = partial(recalled, Evaluation, folder, f"quality-{name}", scenes)
     network = partial(measure, fillings=[], repainting=False)
@@ -287,7 +286,7 @@ def measure_colors(folder: Path, name: str, scenes: Scenes, weights: str, scale:
 
 
 def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> KnownError:
-    """Measure how well the errors of the network's pictures are known, with three orders."""
+    """Compare expected and true errors of the network's pictures in three orders."""
     name, version = content(weights)
     version += sha256(UNCERTAINTY.read_bytes()).hexdigest()
     measure = partial(measure_known_error, scenes, weights, size=(scale.size, scale.size))
@@ -317,16 +316,16 @@ def recalled(
     orders: Sequence[str],
     measure: Callable[..., Any],
 ) -> Any:
-    """Return what `measure` finds with some orders; with those that it was asked for before, what it found then.
+    """Return the result of `measure` for some orders, from files where it was measured before.
 
     Parameters
     ----------
     kind : Evaluation or Stability
-    folder, name : of the files that keep it
-    scenes : what is measured on
-    method, version : what the methods are called, and what tells them from others called so
+    folder, name : of the files with results
+    scenes : to measure on
+    method, version : name of the methods, and a string that changes with their weights
     orders : pixel orders
-    measure : called with those orders that are missing
+    measure : called with the orders that have no file
     """
     files = {}
     picture = bob.trace(bob.happy_tree(), size=(96, 160))
@@ -343,7 +342,7 @@ def recalled(
 
 
 def content(weights: str) -> tuple[str, str]:
-    """The name of weights, which stands in what was measured, and what tells them from others: their file's hash."""
+    """Return the name of weights, as used in results, and the hash of their file."""
     return Path(weights).stem, sha256(weights_path(weights).read_bytes()).hexdigest()
 
 
@@ -351,7 +350,7 @@ def content(weights: str) -> tuple[str, str]:
 
 
 def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[str]:
-    """What was to be reached, line by line, and whether it is."""
+    """Return the tables of targets, with a verdict for each."""
     report, stages = kept(REPORT), [fraction for fraction in result.fractions if fraction < 1]
     verdicts = []
 
@@ -397,7 +396,7 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
 
 
 def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
-    """All scores of a set of pictures."""
+    """Return all scores of a set of pictures."""
     compared = [(ours, order) for order in ORDERS]
 
     def ssim_at(run: Run) -> str:
@@ -424,7 +423,7 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
 
 
 def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str) -> list[str]:
-    """What placing rays by need gains: on all real shapes, on those with thin parts, in large pictures."""
+    """Return the gain of adaptive pixels: on all real shapes, on shapes with thin parts, in large pictures."""
     thin = [shape for shape in THIN if shape in real.shapes]
     change = 100 * real.change_of_error((ours, ADAPTIVE), (ours, LATTICE))[real.fractions.index(COST_AT), 0]
     return [
@@ -451,7 +450,7 @@ def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str)
 
 
 def by_need(result: Evaluation, ours: str, size: int) -> str:
-    """The changes from the lattice, as a table."""
+    """Return the changes from the lattice as a table."""
     stages, limits = [fraction for fraction in result.fractions if fraction < 1], BY_NEED.get(size, {})
     adaptive, lattice = (ours, ADAPTIVE), (ours, LATTICE)
     rows = []
@@ -467,7 +466,7 @@ def by_need(result: Evaluation, ours: str, size: int) -> str:
 
 
 def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) -> list[str]:
-    """How good pictures in perspective are beside orthographic ones."""
+    """Compare pictures in perspective with orthographic ones."""
     first = next(iter(by_fov.values()))
     rows = [
         [
@@ -488,7 +487,7 @@ def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) 
 
 
 def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scale, ours: str) -> list[str]:
-    """How good completed colours are beside linear filling of each component, and whether that is what is asked for."""
+    """Compare completed colours with linear filling of each component, and with the target."""
     parts = [
         "## Colour",
         f"Pictures in colour, {scale.size}x{scale.size}: FLIP of sRGB, SSIM of the luminance and PSNR of the three "
@@ -496,7 +495,7 @@ def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scal
         f"number in order {UNIFORM}. The target is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
     ]
     for what, result in results.items():
-        if not isinstance(result, Evaluation):  # without files there are none of these
+        if not isinstance(result, Evaluation):  # without coloured files there is no result
             continue
         rows, verdicts = [], []
         for rival in ((LINEAR, UNIFORM), (LINEAR, ADAPTIVE)):
@@ -518,18 +517,18 @@ def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scal
 
 
 def known_error_met(known: KnownError) -> str:
-    """How often both targets of the expected error are met."""
+    """Return how often both targets of the expected error are met."""
     met = [below >= KNOWN_BELOW and close >= KNOWN_CLOSE for *_, (_, below, close) in known.shares()]
     return f"Both targets are met in {sum(met)} of {len(met)} rows."
 
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:
-    """Whether a run is of those whose rays are compared: in an order that all are measured with."""
+    """Return whether the needed pixels of a run are compared: of networks and linear filling, in any order."""
     return run[1] in ORDERS and run[0] in (ours, kept(REPORT), LINEAR)
 
 
 def rays_to(result: Evaluation, run: Run, good: float) -> str:
-    """The share of the pixels at which the mean SSIM is so good, its logarithm interpolated linearly."""
+    """Return the share of pixels for a mean SSIM of `good`, by linear interpolation of its logarithm."""
     means = np.maximum.accumulate(result.mean(run))
     if means[0] >= good:
         return f"below {percent(result.fractions[0])}"
@@ -538,7 +537,7 @@ def rays_to(result: Evaluation, run: Run, good: float) -> str:
 
 
 def steadiness_of(result: Stability, ours: str) -> list[str]:
-    """The flicker of everything, and the change of that of ours."""
+    """Return the flicker of all runs, and the changes of ours from its rivals."""
     share, best, usual = result.orbit_fractions[0], (ours, ADAPTIVE), (LINEAR, UNIFORM)
     least, most = (f"{LEVELS * result.orbit[run].mean(0)[0]:.2f}" for run in (best, usual))
     conclusion = f"On orbits at {percent(share)}, {label(result.frames, best)} flickers by {least} gray levels and "
@@ -559,7 +558,7 @@ def percent(fraction: float) -> str:
 
 
 def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
-    """How lines of runs are drawn, in the order of the legend."""
+    """Return the line styles of runs, in the order of the legend."""
     shown = {
         (ours, ADAPTIVE): {"color": BLUE, "linestyle": "-", "marker": "s"},
         (ours, LATTICE): {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -574,7 +573,7 @@ def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
 
 
 def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
-    """Draw SSIM against the share of traced pixels, and 1 - SSIM beside linear filling with its intervals."""
+    """Draw SSIM by the share of traced pixels, and 1 - SSIM relative to linear filling with its intervals."""
     stages = [fraction for fraction in result.fractions if fraction < 1]
     ticks = [100 * stage for stage in stages]
     with style():
@@ -583,7 +582,7 @@ def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
         for i, (run, look) in enumerate(looks(result, ours).items()):
             means.plot(ticks, result.mean(run)[: len(stages)], label=label(result.scores, run), **look)
             middle, half = 100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages)].T
-            beside = np.multiply(ticks, 1.015 ** (i - 4))  # so that the intervals don't hide each other
+            beside = np.multiply(ticks, 1.015 ** (i - 4))  # keeps the intervals apart
             changes.errorbar(beside, middle, np.nan_to_num(half), elinewidth=0.6, capsize=1.5, **look)
         for axes in (means, changes):
             axes.set(xscale="log", xlabel="pixels traced, %")
@@ -594,7 +593,7 @@ def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
         means.legend()
         changes.set_ylabel(f"change of 1 - SSIM from {LINEAR}, {UNIFORM}, in %")
         shown = [100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages), 0] for run in looks(result, ours)]
-        changes.set_ylim(1.15 * min(-5, np.min(shown)), 60)  # what is far worse leaves at the top
+        changes.set_ylim(1.15 * min(-5, np.min(shown)), 60)  # much worse methods leave the axes at the top
     save(figure, path, "Mean SSIM by the share of traced pixels, and the change of 1 - SSIM from linear filling.")
 
 
@@ -620,7 +619,7 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
 
 
 def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
-    """Draw what is shown, and return its sections."""
+    """Draw the sheets of pictures, and return their sections."""
     parts = []
     for title, subjects, shares in (
         ("Pictures", SUBJECTS, SHOWN),
@@ -660,9 +659,9 @@ def draw_sheets(
     Parameters
     ----------
     folder : of the sheets
-    shapes : folder of the subjects' files; subjects whose file is not there are left out
+    shapes : folder of the subjects' files; subjects without a file are left out
     size : of a panel
-    panels_of : from all pixels and the share that is traced to a row's panels, but for the last, of all pixels
+    panels_of : maps all pixels and the traced share to a row's panels, except for the last, which has all pixels
     ending : of the sheets' names
     """
     links = []

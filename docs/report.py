@@ -1,9 +1,9 @@
-"""Reproduces the report: builds the data set, trains, evaluates, draws, and writes docs/report.md, ours beside theirs.
+"""Reproduce the report: build the data set, train, evaluate, draw, and write docs/report.md with both results.
 
     python docs/report.py [--scale small] [--shapes FOLDER] [--work DIR]
 
-Whatever is done already in DIR is not done again, so that it can be stopped and started. The small scale does the same
-with few shapes and epochs, within 10 minutes on two cores, and leaves docs/ alone: it writes to DIR.
+DIR keeps finished steps, so that an interrupted run resumes. The small scale takes 10 minutes on two cores with few
+shapes and epochs, and writes its page to DIR, not to docs/.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ from bobrossnet.learn.train import LOG, WEIGHTS, train
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.tables import table
 
-NAME = "paper"  # of the network in evaluations
+NAME = "paper"  # name of the network in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
 SCAN_CAMERA = bob.Camera(azimuth=70, elevation=12)
 USES = {"train": "training", "validation": "validation", "test": "testing"}
-PICTURES = ("2.1", "5.1", "5.2", "6.3", "6.4")  # as SVG they are no sharper, and five megabytes
-SAME = 0.01  # of SSIM, between networks trained on 50 samples
+PICTURES = ("2.1", "5.1", "5.2", "6.3", "6.4")  # mostly pixels: SVG would be no sharper, at five megabytes
+SAME = 0.01  # difference of SSIM below which networks trained on 50 samples are equal
 VERSIONS = ("bobrossnet", "numpy", "torch", "lightning-fabric", "zarr")
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is done."""
+    """Sizes and counts of a run."""
 
     shapes: int = SHAPES
     test_shapes: int = TEST_SHAPES
     config: TrainConfig = field(default_factory=TrainConfig)
-    real: int | None = None  # shapes of other people that are measured on, at most
+    real: int | None = None  # maximum of shapes by other people; None: all
     figures: dict[str, Any] = field(default_factory=dict)  # fields of `Sources`
 
 
@@ -117,15 +117,17 @@ def main() -> None:
 
 
 def beside_fillings(path: Path, measure: Callable[..., Evaluation], weights: Path) -> Evaluation:
-    """Measure weights, and the fillings beside them, whose scores are kept in a file: they take most of the time."""
+    """Measure weights and fillings. The scores of the fillings, which take longest, are kept in a file."""
     if not path.exists():
         write_whole(path, measure([]).csv().encode())
     return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text("utf-8")))
 
 
 def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
-    """Draw the figures and return their captions. The one that compares losses trains five networks on the data alone:
-    it is not drawn again."""
+    """Draw the figures and return their captions.
+
+    The figure of the losses trains five networks and depends on the data alone, so it is drawn once.
+    """
     captions: dict[str, str] = json.loads(captions_file.read_text("utf-8")) if captions_file.exists() else {}
     done = {"5.1"} & captions.keys()
     captions |= draw_figures(folder, sources, only=[name for name in FIGURES if name not in done])
@@ -229,7 +231,7 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
 
 
 def white_shapes(shapes: Path) -> set[str]:
-    """The files, by their names in evaluations, that have no colours."""
+    """Return the files without colours, by their names in evaluations."""
     names = set()
     for _, name, scene in each_scene(scenes_of_folder(shapes), stacklevel=2):
         if not bob.Scene(scene).is_colored:
