@@ -1,6 +1,5 @@
-"""Limits of the report's network: other recipes, other data, and the other decoder with the same number of parameters.
-
-docs/report.py writes this section of docs/report.md; run alone, this prints it.
+"""Limits of the report's network: trained by other recipes, on other data, and with the other decoder of equal size.
+A section of docs/report.md, written there by docs/report.py; by itself this prints it.
 
     python docs/limits.py [--shapes FOLDER] [--work DIR]
 """
@@ -38,13 +37,14 @@ MESHES = (
     "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "
     "vehicles"
 )
-"""Folders of real meshes; the report used meshes only."""
+"""Folders of real meshes, like the report's shapes."""
 
 
 class EarlySkip(Paper):
-    """The report's network by the other reading of its parameter counts. The core does not have it.
+    """The report's network by the other reading of its parameter counts. Only PyTorch has it.
 
-    Decoding layers upsample first. The skip joins before layer 4, which then reads 40 channels, and layer 5 reads 5.
+    Decoding layers upsample first, and the skip joins before layer 4, which then has 40 input channels, and layer 5
+    has 5.
     """
 
     def __init__(self, groups: int = 4) -> None:
@@ -119,15 +119,15 @@ def main() -> None:
 def section(
     work: Work, own: Dataset, paper: Path, shapes: Path, *, epochs: int | None = None, limit: int | None = 31
 ) -> list[str]:
-    """Train missing recipes, measure all of them on test samples of both kinds, and return the section.
+    """Train the missing recipes, evaluate all of them on test samples of both kinds, and return the section.
 
     Parameters
     ----------
-    own : the data set of shapes that the package makes
+    own : the data set of procedural shapes
     paper : weights of the report's recipe
     shapes : folder with folders of real meshes
-    epochs : at most, of each recipe
-    limit : how many real shapes are tested with
+    epochs : maximum number for each recipe
+    limit : number of real shapes for the test
     """
     files = [place for name in MESHES.split() if (place := shapes / name).is_dir()]
     with work.timed("data set of real meshes"):
@@ -165,7 +165,7 @@ def section(
 
 
 def decoders(work: Work, own: Dataset, epochs: int) -> str:
-    """Train the other decoder by the report's recipe for some epochs, and compare both in validation."""
+    """Train the other decoder by the report's recipe for some epochs, and compare both networks' validation."""
     run = work.folder / EARLY_SKIP
     with work.timed(f"training of {EARLY_SKIP}"):
         train(TrainConfig(network=EARLY_SKIP, epochs=epochs), own, run)
@@ -182,7 +182,7 @@ def decoders(work: Work, own: Dataset, epochs: int) -> str:
 
 
 def scores_after(epochs: int, run: Path) -> list[str]:
-    """Return the SSIM in validation at each stage, after the given number of epochs."""
+    """Return the validation SSIM at each stage, of a training of at least `epochs` epochs."""
     with (run / LOG).open(encoding="utf-8") as file:
         row = list(csv.DictReader(file))[epochs - 1]
     return [f"{float(row[name]):.4f}" for name in SSIM_COLUMNS]
@@ -214,7 +214,7 @@ def differences(results: Sequence[Evaluation], paper: Path) -> str:
 
 
 def scores(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
-    """Return a table of SSIM: the raw output of networks, then with traced pixels kept, then fillings."""
+    """Return a table of SSIM: networks' raw output and with traced pixels kept, and fillings."""
     names = [path.stem for path in weights]
     rows = [["the report, on its own shapes", *(f"{value:.4f}" for value in reference.SSIM.values())]]
     methods = (*map(raw, names), *map(kept, names), *FILLINGS)

@@ -1,4 +1,5 @@
-"""Shared by the generators of measured pages: the folder of real shapes, resumable work, machine and versions."""
+"""What pages that are measured have in common: where real shapes lie, work in a folder that can be gone on with, and
+the circumstances that it was done under."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "mode
 
 
 class Work:
-    """A folder with the data of a page, and the time of each part."""
+    """A folder with all that a page is made of, and how long each part took."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -33,7 +34,7 @@ class Work:
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
-        """Add the time of a part to its time in earlier runs."""
+        """Add the time of a part of the work to what it took in earlier runs."""
         print(f"== {part}", flush=True)
         start = time.monotonic()
         try:
@@ -43,7 +44,7 @@ class Work:
             self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n", "utf-8")
 
     def circumstances(self, packages: Sequence[str]) -> list[str]:
-        """Return the machine, the hours and the versions, as lines of markdown."""
+        """Return the machine, the hours that it took, and versions, as lines of markdown."""
         versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in packages)
         times = ", ".join(f"{part} {seconds / 3600:.2f} h" for part, seconds in self.seconds.items())
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
