@@ -421,26 +421,26 @@ def main() -> None:
     columns = ["shape", "ms", f"{threads} threads", "1 thread", f"{threads} threads / 1", "unresolved rays"]
     rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
     table(columns, rows)
-    print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
+    print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; target: 60")
     wild = made(FORMULAS["Mandelbulb"]).instances[0].shape
     assert isinstance(wild, bob.Implicit)
     seconds = in_turn({"whole": lambda: bob.trace(build(wild), CAMERA, size=(242, 242))}, RIVAL_RUNS)["whole"]
-    print(f"Mandelbulb of two steps (docs/gallery.md), 242x242: {spread(seconds, 1, 2)} s; asked for: 1")
+    print(f"Mandelbulb of two steps (docs/gallery.md), 242x242: {spread(seconds, 1, 2)} s; target: 1")
 
     sparse_table("Implicit surfaces", sparse_scenes(), CAMERA)
 
-    heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
+    heading("Implicit surfaces and sphere tracing in numpy, one thread: millions of rays per second")
     ratios = [f"ours / numpy, {threads} threads", "1 thread"]
-    columns = ["shape", "steepest slope", "numpy", *ratios, "it misses", "it adds", "depth off by, in radii"]
+    columns = ["shape", "steepest slope", "numpy", *ratios, "misses", "adds", "depth error, radii"]
     table(columns, [numpy_row(*each) for each in zip(shapes, scenes, traces, strict=True)])
 
-    equal = f"Implicit surfaces beside a mesh whose picture is as good: gray within {EQUAL:.4f}"
+    equal = f"Implicit surfaces and a mesh of equal accuracy: gray within {EQUAL:.4f}"
     heading(f"{equal}, milliseconds, {threads} threads")
     columns = [
         "shape",
         "grid",
         "triangles",
-        "gray off by",
+        "gray error",
         "mesh, build and trace",
         "ours, build and trace",
         "mesh / ours",

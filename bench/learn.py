@@ -56,7 +56,7 @@ def main() -> None:
         network = NETWORKS[config.network].from_settings(asdict(config))
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         optimizer = OPTIMIZERS[config.optimizer][0](network, config)
-        steps = {"one mini-batch again and again": [batch] * STEPS, "mini-batches from disk": batches.stream()}
+        steps = {"one mini-batch repeated": [batch] * STEPS, "mini-batches from disk": batches.stream()}
         times: dict[str, list[float]] = {name: [] for name in steps}
         for name, source in steps.items():
             start = time.perf_counter()
@@ -86,7 +86,7 @@ def main() -> None:
             ]
             for name, seconds_each in times.items()
         ]
-        + [["memory at most", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB", ""]],
+        + [["peak memory", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB", ""]],
     )
 
 

@@ -54,7 +54,7 @@ def main() -> None:
             if shape is not None
             for view, camera in CAMERAS.items()
         ]
-    heading(f"Implicit surfaces beside libfive's heightmaps, {SIZE}x{SIZE}, one thread: milliseconds")
+    heading(f"Implicit surfaces and libfive's heightmaps, {SIZE}x{SIZE}, one thread: milliseconds")
     table(["shape", "seen", "ours", "libfive", "ours / libfive", "hits that differ", "unresolved rays"], rows)
 
 

@@ -116,11 +116,11 @@ def costs(scene: bob.Scene) -> dict[str, float]:
     for k in range(1, 16):
         start = time.thread_time()
         history.add(tracer.camera_in_core, planes)
-        timed("take over", start)
+        timed("store", start)
         tracer = bob.SceneTracer(scene, bob.Camera(azimuth=30 + 2 * k), SIZE, layout)
         start = time.thread_time()
         history.expect(tracer.camera_in_core, expected, off_center, scene.core)
-        timed("carry along", start)
+        timed("reproject", start)
         planes = np.zeros_like(planes)
         start = time.thread_time()
         order.begin(k)
@@ -203,7 +203,7 @@ def main() -> None:
 def print_costs(shown: dict[str, bob.Scene]) -> None:
     threads = bob.thread_count()
     bob.set_thread_count(1)
-    heading("Carrying samples along, 640x480, orbit of 2° a frame: milliseconds of one thread")
+    heading("Reprojection, 640x480, orbit of 2° a frame: milliseconds of one thread")
     rows = {name: costs(scene) for name, scene in shown.items()}
     names = list(next(iter(rows.values())))
     table(["scene", *names], [[name, *(f"{row[each]:.1f}" for each in names)] for name, row in rows.items()])
@@ -211,12 +211,12 @@ def print_costs(shown: dict[str, bob.Scene]) -> None:
 
 
 def print_orbits(shown: dict[str, bob.Scene]) -> None:
-    ways = ("anew", "lattice")
+    ways = ("new alone", "lattice")
     columns = ["degrees a frame", "new pixels", "SSIM", *ways, "flicker", *ways, "uncovered", *ways]
     for first, what in ((0.02, "from nothing"), (1.0, "from an exact picture")):
         heading(
-            f"Orbits at 640x480, {what}, with samples carried along and with new pixels alone: means of frames "
-            f"{COUNTED.start} to {COUNTED[-1]}; flicker, and how wrong uncovered pixels are, in gray levels"
+            f"Orbits at 640x480, {what}, with reprojected samples and with new pixels alone: means of frames "
+            f"{COUNTED.start} to {COUNTED[-1]}; flicker and the error of uncovered pixels in gray levels"
         )
         cells = []
         for step in STEPS:

@@ -597,20 +597,20 @@ def main() -> None:
     shown = [(example, mesh) for example in examples() for mesh in example.meshes]
     threads = bob.thread_count()
 
-    heading("NURBS beside meshes: how good the meshes are, in pixels of 2048 x 2048")
-    columns = ["shape", "mesh", "triangles", "vertices", "off by, median", "at most", "beside the surface"]
+    heading("NURBS and meshes: accuracy of the meshes, in pixels of 2048 x 2048")
+    columns = ["shape", "mesh", "triangles", "vertices", "off by, median", "maximum", "off the surface"]
     table([*columns, "pixels that differ", "seconds to choose"], [quality_row(*each) for each in shown])
 
-    heading("NURBS beside meshes in Embree, one thread: millions of rays per second")
+    heading("NURBS and meshes in Embree, one thread: millions of rays per second")
     rows = [row for each in shown for row in speed_rows(*each)]
     table(["shape", "mesh", "rays", "ours", "Embree", "ours / Embree", "hits that differ"], rows)
-    print("\nasked for: ours / Embree of 0.75 for the rays of a camera, and of 0.25 for others")
+    print("\ntarget: ours / Embree of 0.75 for the rays of a camera, and of 0.25 for others")
 
     sparse_table("NURBS", {example.name: example.scene for example, mesh in shown if mesh.name == "equal"}, CAMERA)
-    print("\nasked for: 1.5 times a dense ray at 5 %, and 1.3 at 25 %")
+    print("\ntarget: 1.5 times a dense ray at 5 %, and 1.3 at 25 %")
 
     if Path("/proc/self/statm").exists():
-        heading("NURBS beside meshes in Embree: KiB")
+        heading("NURBS and meshes in Embree: KiB")
         columns = [
             "shape",
             "mesh",
@@ -621,9 +621,9 @@ def main() -> None:
             "normals, if any",
         ]
         table([*columns, "bob.Mesh"], [memory_row(*each) for each in shown])
-        print("\nasked for: less than Embree")
+        print("\ntarget: less than Embree")
 
-    heading(f"NURBS beside meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
+    heading(f"NURBS and meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
     columns = [
         "shape",
         "mesh",
@@ -638,10 +638,10 @@ def main() -> None:
     with ThreadPoolExecutor(threads) as pool:
         rows = [picture_row(*each, pool) for each in shown]
     table([*columns, "ours / mesh", "shaded, by bob.Mesh", "ours / shaded"], rows)
-    print("\nasked for: sooner than the mesh")
+    print("\ntarget: sooner than the mesh")
     for row in rows:
         if row[0] == "newell_teapot":
-            print(f"\nTeapot, every pixel, {threads} threads: {row[3]} ms; asked for: 80")
+            print(f"\nTeapot, every pixel, {threads} threads: {row[3]} ms; target: 80")
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ def main() -> None:
                     f"{np.mean([ssim for _, ssim in runs]):.3f}",
                 ]
             )
-    table(["tracer", "asked", "frames", "median", "95 %", "max", "95 % / asked", "SSIM of the first frame"], rows)
+    table(["tracer", "budget", "frames", "median", "95 %", "max", "95 % / budget", "SSIM of the first frame"], rows)
 
 
 if __name__ == "__main__":

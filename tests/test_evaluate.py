@@ -196,7 +196,7 @@ def test_orders_side_by_side() -> None:
     assert rivals(result.scores, "paper kept") == [NEAREST]  # other orders are no rivals of the first
     assert result.gain_table(ours).splitlines()[2].startswith("| over paper kept, uniform | +0.1000 ± 0.0000 |")
     assert "| paper raw, other    |" in result.table()
-    assert "Change of 1 - SSIM to that of paper kept, other, in percent:" in str(result)
+    assert "1 - SSIM of paper kept, other, change in percent:" in str(result)
     assert result.error_table(ours) in str(result)
     again = Evaluation.from_csv(result.csv())
     assert list(again.scores) == list(result.scores)

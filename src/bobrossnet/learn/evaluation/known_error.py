@@ -45,15 +45,25 @@ class KnownError:
     limits: tuple[float, ...]
     stops: Mapping[str, NDArray[np.float64]] = field(repr=False)
 
-    def table(self) -> str:
-        """Return, as markdown, for each order and limit: the mean share of the pixels, of how many pictures the true
-        error is below the expected one, and of how many both are within a factor of two."""
-        rows = []
+    def shares(self) -> list[tuple[str, float, tuple[float, float, float]]]:
+        """Return three shares for each order and limit.
+
+        They are the mean share of traced pixels, the share of pictures with a true error below the expected one, and
+        the share with both errors within a factor of two.
+        """
+        found = []
         for order, stops in self.stops.items():
             for limit, (fraction, expected, true) in zip(self.limits, stops.transpose(1, 2, 0), strict=True):
-                below, alike = true <= expected, np.abs(np.log2((true + 1e-9) / (expected + 1e-9))) <= 1
-                shares = (fraction.mean(), below.mean(), alike.mean())
-                rows.append([order, f"{limit:g}", *(f"{100 * share:.1f} %" for share in shares)])
+                below, close = true <= expected, np.abs(np.log2((true + 1e-9) / (expected + 1e-9))) <= 1
+                found.append((order, limit, (float(fraction.mean()), float(below.mean()), float(close.mean()))))
+        return found
+
+    def table(self) -> str:
+        """Return `shares` as a markdown table."""
+        rows = [
+            [order, f"{limit:g}", *(f"{100 * share:.1f} %" for share in shares)]
+            for order, limit, shares in self.shares()
+        ]
         return table(["order", "stop at", "traced", "true error below", "within a factor of two"], rows)
 
     def csv(self) -> str:

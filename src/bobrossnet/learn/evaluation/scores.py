@@ -241,7 +241,7 @@ class Evaluation:
                         parts += [
                             f"Gain of {label(self.scores, run)} in SSIM, with 95 % confidence intervals over shapes:",
                             self.gain_table(run),
-                            f"Change of 1 - SSIM to that of {label(self.scores, run)}, in percent:",
+                            f"1 - SSIM of {label(self.scores, run)}, change in percent:",
                             self.error_table(run),
                         ]
         return "\n\n".join(parts)

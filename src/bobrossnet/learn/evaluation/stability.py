@@ -207,9 +207,9 @@ class Stability:
     def caption(self) -> str:
         """Return what `table` shows."""
         return (
-            f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes: of converging pictures, from "
-            f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, summed over these; "
-            f"of orbits, {ORBIT_STEP:g}° a frame, that of a frame."
+            f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes. Converging pictures go from "
+            f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, and their flicker is "
+            f"summed. Orbits turn by {ORBIT_STEP:g}° a frame, and their flicker is the mean of a frame."
         )
 
     def __str__(self) -> str:
@@ -217,8 +217,8 @@ class Stability:
         for run in self.frames:
             if is_kept(run[0]) and rivals(self.frames, run):
                 parts += [
-                    f"Change of flicker to that of {label(self.frames, run)}, in percent, with 95 % confidence "
-                    "intervals over shapes:",
+                    f"Flicker of {label(self.frames, run)}, change in percent, with 95 % confidence intervals over "
+                    "shapes:",
                     self.change_table(run),
                 ]
         return "\n\n".join(parts)

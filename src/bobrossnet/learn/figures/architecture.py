@@ -67,9 +67,9 @@ def draw_unet(sources: Sources) -> Drawing:
     kernel = layers[0].kernel
     return Drawing(
         figure,
-        f"The network, a U-Net of {len(layers)} convolutions of {kernel} x {kernel} and {total:,} parameters. In the "
-        "boxes, channels read → made; beside the arrows, what is done with these; H and W: the picture's height and "
-        "width. Dotted: skips, which are appended to what a layer reads.",
+        f"The network, a U-Net of {len(layers)} convolutions of {kernel} x {kernel} and {total:,} parameters. Boxes "
+        "give channels in → out, arrows the operation that follows. H and W are the picture's height and width. "
+        "Dotted: skips, which are appended to a layer's input.",
     )
 
 
@@ -79,7 +79,7 @@ def draw_full(sources: Sources) -> Drawing:
     return Drawing(
         figure,
         f"The network with full convolutions, {total:,} parameters: each channel of a layer reads all channels of the "
-        "one before. A cell is a channel, white if a skip, dotted, brought it; H: the picture's height.",
+        "one before. A cell is a channel, white if it comes by a skip (dotted). H is the picture's height.",
     )
 
 
@@ -89,10 +89,10 @@ def draw_grouped(sources: Sources) -> Drawing:
     figure, total = _draw_channels(network)
     return Drawing(
         figure,
-        f"The network with grouped convolutions, {total:,} parameters. A cell is a channel, of the colour of the group "
-        f"that made it. Where there are {network.groups} groups, a channel reads those of its group only; between the "
-        "two grouped layers channels are shuffled, so that each group reads from all. White: brought by a skip, "
-        "dotted; H: the picture's height.",
+        f"The network with grouped convolutions, {total:,} parameters. A cell is a channel in the colour of its group, "
+        f"white if it comes by a skip (dotted). In the layers of {network.groups} groups a channel reads its own group "
+        "only. Channels are shuffled between these layers, so that each group reads from all. H is the picture's "
+        "height.",
     )
 
 

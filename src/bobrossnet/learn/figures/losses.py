@@ -165,8 +165,8 @@ def show_losses(comparison: LossComparison) -> Drawing:
         means.append(f"{loss_title(loss)} {seen:.3f} / {other:.3f}")
     return Drawing(
         figure,
-        f"A network trained with each loss on the same {trained} samples: same first weights, same mini-batches, "
-        f"{comparison.steps} steps of AdaDelta. Its own output for one of these samples and for an unseen one. "
+        f"A network trained with each loss on the same {trained} samples, from the same weights and mini-batches, in "
+        f"{comparison.steps} steps of AdaDelta. The raw output for a training sample and an unseen one. "
         f"Mean SSIM of all {trained} samples / of {unseen} unseen ones: {', '.join(means)}.",
         comparison.csv(),
     )

@@ -42,9 +42,9 @@ def draw_samples(sources: Sources) -> Drawing:
         row[0].text(-0.05, 0.5, label, transform=row[0].transAxes, rotation=90, ha="right", va="center")
     return Drawing(
         figure,
-        f"Samples of the data set of {data.plan.samples:,}: patches of {PATCH} x {PATCH} pixels of pictures of the "
-        "sizes at the left, with the share of the pixels that has been traced, and the reference. Green: not traced. "
-        f"Patches drawn at random from those with a surface on at least {100 * LEAST:g} % of their pixels.",
+        f"Samples of the data set of {data.plan.samples:,}: patches of {PATCH} x {PATCH} pixels and their reference. "
+        "The sizes of the views are at the left, the traced shares above. Green: not traced. "
+        f"The patches are random among all with a surface on at least {100 * LEAST:g} % of their pixels.",
     )
 
 

@@ -101,9 +101,9 @@ def show_scores(means: Means) -> Drawing:
         cell.set_linewidth(0.4)
     return Drawing(
         figure,
-        f"Mean SSIM by the share of traced pixels. {raw}: the network's own output, as the report measured it; {kept}: "
-        "traced pixels kept, as in all of the fillings, thin lines. Right: the same from "
-        f"{100 * DENSE:g} % on. The report's numbers are of its own shapes.",
+        f"Mean SSIM by the share of traced pixels. {raw}: the network's output, as in the report. {kept}: with traced "
+        "pixels kept, as in the fillings (thin lines). Right: the same from "
+        f"{100 * DENSE:g} % on. The report used other shapes.",
         "\n".join(
             ["method,fraction,ssim"]
             + [f"{name},{fraction:g},{mean:.6f}" for name, line, *_ in lines for fraction, mean in line.items()]

@@ -63,10 +63,10 @@ def show_stability(stability: Stability) -> Drawing:
     orbit.grid(axis="y")
     return Drawing(
         figure,
-        "Temporal stability. Left: change from frame to frame of a converging picture that is not progress towards the "
-        f"truth, mean |x - x'| - (mean |x' - r| - mean |x - r|), from {100 * stability.fractions[0]:g} % of the pixels "
-        f"to all in {len(stability.fractions)} frames. Middle: the sum over the frames as a share of all change. "
-        "Right: on an orbit, where each frame traces other pixels, change that is not the truth's own, "
-        f"mean |(x - x') - (r - r')|. Means of {len(stability.shapes)} views.",
+        f"Temporal stability, means of {len(stability.shapes)} views. Left: flicker of a converging picture, from "
+        f"{100 * stability.fractions[0]:g} % of the pixels to all in {len(stability.fractions)} frames. It is the "
+        "change that is no progress towards the reference r: mean |x - x'| - (mean |x' - r| - mean |x - r|). "
+        "Middle: the sum over the frames as a share of all change. Right: flicker on an orbit, where each frame traces "
+        "other pixels: mean |(x - x') - (r - r')|.",
         stability.csv(),
     )

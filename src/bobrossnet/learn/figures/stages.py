@@ -93,8 +93,8 @@ def _draw(sources: Sources, fractions: Sequence[float]) -> Drawing:
         show_picture(column[2], stage.raw, f"output: SSIM {_text(stage.raw_ssim)}")
     return Drawing(
         figure,
-        f"A shape in {size[1]} x {size[0]} pixels partly traced. Top: the traced pixels, the others green. "
-        "Middle: completed, the traced pixels kept. Bottom: the network's own output at every pixel. SSIM against the "
+        f"A shape in {size[1]} x {size[0]} pixels, partly traced. Top: the traced pixels, the others green. "
+        "Middle: completed, with traced pixels kept. Bottom: the network's output at every pixel. SSIM against the "
         "reference at the left.",
         stages_csv(stages),
     )

@@ -68,8 +68,8 @@ def draw_timing(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = R
     shortest, longest = sizes[0], sizes[-1]
     return Drawing(
         figure,
-        f"Time to complete a picture, of {shortest[1]} x {shortest[0]} to {longest[1]} x {longest[0]} pixels: medians "
-        f"and quartiles of {runs} runs, and the line through the origin that fits best. {processor()}, threads: "
+        f"Time to complete a picture of {shortest[1]} x {shortest[0]} to {longest[1]} x {longest[0]} pixels: medians "
+        f"and quartiles of {runs} runs, and the best fit through the origin. {processor()}, threads: "
         f"{bob.thread_count()}, instructions: {_core.isa()}. The report gives {REPORT_MS:g} ms or less for "
         f"{REPORT_SIZE[1]} x {REPORT_SIZE[0]}.",
     )
