@@ -87,7 +87,7 @@ private:
     std::size_t count_ = 0, kept_ = 0;  // all points, and the unmarked ones
     std::vector<std::int32_t> cell_;    // cells and projections of points, as `Sights`
     Column sight_depth_, sight_right_, sight_down_, off_center_, right_, down_, screen_x_, screen_y_;
-    std::size_t in_picture_ = 0;  // points, including those that face away
+    std::size_t in_picture_ = 0;  // points, including back faces
 
     // At cells:
     std::vector<Choice> chosen_;                             // the chosen point

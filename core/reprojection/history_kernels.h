@@ -91,7 +91,7 @@ struct ExpectedRow {
 };
 
 struct HistoryKernels {
-    /// Projects points `begin` to `end`; returns the number inside the picture, including those that face away.
+    /// Projects points `begin` to `end`; returns the number inside the picture, back faces included.
     std::size_t (*see)(const Eye& eye, const BorderedGrid& cells, PointsIn<const float> points, Sights sights, std::size_t begin, std::size_t end);
     /// Adds 1 to `counts` where a row has a surface or background.
     void (*count)(const float* depth, const std::uint8_t* empty, std::int32_t* counts, std::int32_t width);

@@ -50,8 +50,8 @@ AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
 
 AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
     const Place at = place(pixel);
-    // The pixel is a corner of the centres of the adjacent squares or, if it is such a centre, of the middles of their
-    // sides.
+    // The pixel is a corner of the centres of the adjacent squares. If it is a centre itself, it is a corner of the
+    // middles of their sides.
     const bool is_middle = at.diagonal && at.octave < Tile::bits;
     const Place there{is_middle ? at.octave : at.octave - 1, !is_middle};
     return {around(pixel, is_middle ? there.step() : at.step() / 2, there.diagonal), there};

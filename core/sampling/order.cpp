@@ -188,7 +188,7 @@ TiledOrder::TiledOrder(const Tile& tile, std::uint64_t seed, std::uint32_t heigh
             walk = {height / Tile::side + i, width / Tile::side + j, 0};
             const std::uint32_t count = walk.rows * walk.columns;
             if (count == 0) continue;
-            // Roberts' steps in both directions, if such a walk visits all tiles.
+            // Roberts' steps in both directions, if that walk visits all tiles.
             walk.step = static_cast<std::uint32_t>(0.7548776662 * walk.rows) * walk.columns +
                         static_cast<std::uint32_t>(0.5698402910 * walk.columns);
             while (std::gcd(walk.step, count) != 1) ++walk.step;

@@ -1,7 +1,7 @@
-/// Pixel orders: the sequences in which the pixels of an image are traced.
+/// Pixel orders: sequences of the pixels of an image for tracing.
 ///
-/// An order is a function of the seed and the size of the image. Any part is computed on its own: the cost is that of
-/// the pixels requested.
+/// An order is a function of the seed and the size of the image. Any part is computed on its own, at a cost
+/// proportional to its length.
 #pragma once
 
 #include <array>

@@ -172,7 +172,7 @@ void RefreshOrder::contrast_around(const Looks& looks) {
 }
 
 void RefreshOrder::weigh(const float* traced, const float* off_center) {
-    // From the coarsest squares to those of 2 x 2 pixels: an unknown square inherits the estimate of its parent.
+    // From the coarsest squares to the squares of 2 x 2 pixels: an unknown square inherits the estimate of its parent.
     guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
     std::uint32_t coarser_width = 1;
     for (std::size_t level = levels - 1; level > 0; --level) {
