@@ -11,7 +11,7 @@ namespace bob {
 struct FrameConstants {
     double least_tracing = 0.25;  ///< minimum time for tracing, over that for completing: every budget makes progress
     double margin = 1.25;         ///< spare time for a whole picture, as a factor: one that is cut off is worse than squares
-    double untried = 2;           ///< assumed speed of an untried mode, over that of a first round
+    double untried = 2;           ///< assumed speed of an untried mode, over the speed of a first round
     double doubt = 0.2;           ///< loss of trust in a first measurement, per frame without a new one
     double floor = 0.1;           ///< minimum trust
     double fade = 0.8;            ///< weight of earlier calls, against 1 for the last one
