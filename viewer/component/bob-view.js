@@ -137,7 +137,7 @@ export class BobView extends HTMLElement {
     }
   }
 
-  /** The scene and its schedule, for pages that control more of it; undefined while the element is disconnected. */
+  /** The scene and its schedule, for pages that control more of it. Throws while the element is disconnected. */
   get viewing() {
     if (!this.#viewing) throw new Error("viewing: expected an element in a document, got one that is nowhere");
     return this.#viewing;
