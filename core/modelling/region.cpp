@@ -28,12 +28,12 @@ namespace {
 /// seems nearer by 1e-9 of the distance.
 constexpr double smooth_turn = 1e-4;
 
-/// Growth, relative to distances, of the penalty that keeps a feature from being nearer than a corner: enough for the
-/// end of an arc, which is farther away than the arc's circle and its end's normal together.
+/// From this cosine of the turn on, all points nearest to a corner are on one side of it. At flatter corners other
+/// features are almost as near, and the side of the common tangent decides.
 constexpr double sharp_turn = 0.5;
 
-/// Slope, relative to distances, that keeps a feature from being nearer than a corner: enough for the end of an arc,
-/// which is farther away than the arc's circle and its end's normal together.
+/// Growth, relative to distances, of the penalty that keeps a feature from being nearer than a corner: enough for the
+/// end of an arc, which is farther away than the arc's circle and its end's normal together.
 constexpr double steep = 4;
 
 /// A feature that a point may be nearest to.
