@@ -164,7 +164,7 @@ nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tup
     return to_python(bob::call_method(sdf, name, call.positional, call.keywords));
 }
 
-/// Rows of x, y and the bulge of the piece to the next row's place; the last row leads to the first.
+/// Rows of x, y and the bulge of the piece to the next row's place. The last row leads to the first.
 using Outline = Array<const double, -1, 3>;
 
 /// None if the loops enclose nothing.

@@ -28,8 +28,8 @@ EXPORT(release) void release(void* memory) { ::operator delete(memory, std::alig
 
 // ---- G-buffers -------------------------------------------------------------------------------------------
 
-/// Scatters samples, (count, C) of the traced layout, to their pixels, (count, 2), in planes, (C, height, width) of the
-/// same layout or of its displayed part. Writes to `added` the number of pixels not traced before.
+/// Scatters samples, (count, C) of the traced layout, to their pixels, (count, 2), in planes, (C, height, width). These
+/// have the same layout or its displayed part. Writes to `added` the number of pixels not traced before.
 EXPORT(add_samples)
 bool add_samples(bool is_colored, bool is_shown, const std::int32_t* pixels, const float* samples, std::size_t count, float* planes,
                  std::int32_t height, std::int32_t width, std::uint32_t* added) {
@@ -88,8 +88,8 @@ bool run_network(const bob::Network* network, const float* planes, std::int32_t 
     });
 }
 
-/// Interpolates a network's output for a G-buffer where traced pixels of the lattice agree, in the rows `begin` to
-/// `end` - 1.
+/// Interpolates a network's output for a G-buffer where traced pixels of the lattice agree. Only the rows `begin` to
+/// `end` - 1 are finished.
 EXPORT(interpolate_lattice)
 bool interpolate_lattice(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output,
                          std::int32_t begin, std::int32_t end) {

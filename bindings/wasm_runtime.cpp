@@ -12,8 +12,8 @@ __asm__(
 /// Destructors at the end of a thread: the only thread never ends.
 extern "C" int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
 
-/// A fatal error ends in a trap, a WebAssembly.RuntimeError for a page: without a message, no terminal function needs
-/// to be imported.
+/// A fatal error ends in a trap, a WebAssembly.RuntimeError for a page. Without a message, no terminal function needs to
+/// be imported.
 extern "C" [[noreturn]] void __abort_message(const char*, ...) { __builtin_trap(); }
 
 _LIBCPP_BEGIN_NAMESPACE_STD

@@ -1,5 +1,6 @@
-/// Top-down: binary splits by the surface area heuristic over binned centroids (Wald, "On fast Construction of
-/// SAH-based Bounding Volume Hierarchies", 2007), collapsed to eight children per node by opening the largest ones.
+/// Top-down construction: binary splits by the surface area heuristic over binned centroids (Wald, "On fast
+/// Construction of SAH-based Bounding Volume Hierarchies", 2007). Then nodes are collapsed to eight children by opening
+/// the largest ones.
 #include "base/bvh.h"
 
 #include <algorithm>
@@ -132,7 +133,7 @@ public:
                 extent = std::max({extent, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
             }
         }
-        // More than rounding in box and primitive tests can move a hit across a box's face: for boxes and origins
+        // More than rounding in box and primitive tests can move a hit across a box's face. For boxes and origins
         // within a few units, errors stay below 2^-21 units.
         const float pad = extent * 0x1p-19f;
         parallel_for(boxes.size(), 16384, [&](std::size_t begin, std::size_t end) {
@@ -233,7 +234,7 @@ private:
                         BinaryNode(above, end_below, node.end, node.depth + 1)};
     }
 
-    /// The cheapest plane between bins, if there is any, and its cost from the areas of both sides, in tests of a
+    /// The cheapest plane between bins, if there is any. Its cost, from the areas of both sides, is in tests of a
     /// packet.
     static std::optional<Cut> cheapest_cut(const Primitive* first, const Primitive* last, const WideBox& centroids, float& cost) {
         const Float4 scale = scales(centroids);
@@ -262,7 +263,7 @@ private:
         return best;
     }
 
-    /// Partitions a range by the side of the cut; returns the start of the second side and the bounds of both.
+    /// Partitions a range by the side of the cut. Returns the start of the second side and the bounds of both.
     static Primitive* part(Primitive* first, Primitive* last, const Cut& cut, Extent& below, Extent& above) {
         while (true) {
             while (first != last && cut.below(*first)) below.extend(*first++);

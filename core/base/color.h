@@ -24,8 +24,8 @@ inline float to_srgb(float value) {
     return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
 }
 
-/// Linear light, 0..1, to a byte of sRGB: 255 to_srgb, rounded, by a table: the power would take several times as long
-/// as the rest of halving a texture.
+/// Linear light, 0..1, to a byte of sRGB: 255 to_srgb, rounded. A table replaces the power, which would take several
+/// times as long as the rest of halving a texture.
 class SrgbBytes {
 public:
     SrgbBytes();

@@ -15,8 +15,8 @@ struct Stopped : std::exception {
     [[nodiscard]] const char* what() const noexcept override { return "stopped"; }
 };
 
-/// During its lifetime, work on its thread, and work that parallel_for gives to other threads, ends by Stopped soon
-/// after keep_going returned false. Work that may take longer than a few hundredths of a second calls `check`
+/// During its lifetime, work on its thread ends by Stopped soon after keep_going returned false. So does work that
+/// parallel_for gives to other threads. Work that may take longer than a few hundredths of a second calls `check`
 /// regularly.
 class Interruption {
 public:

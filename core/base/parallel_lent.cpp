@@ -1,4 +1,4 @@
-/// parallel.h in a WebAssembly module with memory shared by several workers: each lends its thread, and may join at any
+/// parallel.h in a WebAssembly module with memory shared by several workers. Each lends its thread, and may join at any
 /// time.
 #include "base/parallel_lent.h"
 

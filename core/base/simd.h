@@ -19,7 +19,7 @@
 #include <wasm_simd128.h>
 #endif
 
-// Short loops of known length: unrolled, so that the arrays they index become registers, or kept, to limit the number
+// Short loops of known length. Unrolling turns the arrays they index into registers; keeping the loop limits the number
 // of registers.
 #if defined(__clang__)
 #define BOB_UNROLL _Pragma("clang loop unroll(full)")
@@ -283,7 +283,7 @@ inline void transpose(V* square) {
     if constexpr (side > 8) detail::exchange<8>(square);
 }
 
-/// Loads rows of a table as columns, a multiple of `lanes`: lane i of column k is number k of row i.
+/// Loads rows of a table as columns, a multiple of `lanes`. Lane i of column k is number k of row i.
 template <int columns>
 inline void load_rows(const float* const (&rows)[lanes], F (&to)[columns]) {
     static_assert(columns % lanes == 0);

@@ -1,5 +1,5 @@
-/// Blocks of 2x2 pixels in vectors, for kernels of networks that halve and double pictures. "Phases" are four vectors
-/// or channels with the pixels of each block, row by row.
+/// Blocks of 2x2 pixels in vectors, for networks that halve and double pictures. "Phases" are four vectors or channels
+/// with the pixels of each block, row by row.
 #pragma once
 
 #include <algorithm>
@@ -56,7 +56,7 @@ inline RawBlocks raw_blocks(const PixelRows& pixels, int channel, int x) {
 inline Phases blocks(const float* upper, const float* lower, int x) { return raw_blocks(upper, lower, x).phases(); }
 inline Phases blocks(const PixelRows& pixels, int channel, int x) { return raw_blocks(pixels, channel, x).phases(); }
 
-/// The phases of the doubled picture: bilinear, with weights 3/4 for a pixel and 1/4 for the nearer neighbour in each
+/// The phases of the doubled picture. Bilinear weights: 3/4 for a pixel and 1/4 for the nearer neighbour in each
 /// direction.
 inline Phases doubled(const Doubled& coarse, int x) {
     const F near = constant(0.75f), far = constant(0.25f);
@@ -70,7 +70,7 @@ inline Phases doubled(const Doubled& coarse, int x) {
              fma(far, lower[0], near * lower[1]), fma(far, lower[2], near * lower[1])}};
 }
 
-/// 3x3 sums in phases, from channel `first` on, with the Gaussian weights 1, 2, 1 in each direction; not divided by 16.
+/// 3x3 sums in phases, from channel `first` on, with the Gaussian weights 1, 2, 1 in each direction. Not divided by 16.
 inline Phases gaussian_sums(const ConstRows& phases, int x, int first = 0) {
     F upper[4], lower[4];  // down the columns 2x - 1, 2x, 2x + 1 and 2x + 2
     for (int i = 0; i < 4; ++i) {

@@ -25,7 +25,7 @@ public:
     /// multiple of four channels in each group and depend on fewer neighbouring rows.
     Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups, int rows);
 
-    /// Convolves the rows `begin` to `end` of one image's channels followed by another's; the second may be empty, and
+    /// Convolves the rows `begin` to `end` of one image's channels followed by another's. The second may be empty, and
     /// must be with groups.
     ///
     /// The images are as high as the output and, from their columns on, at least as wide as the first. `begin` is a

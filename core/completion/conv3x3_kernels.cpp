@@ -5,9 +5,10 @@
 
 #include "base/simd.h"
 
-/// Winograd's F(n, 3) down the columns: n rows of results from n + 2 rows of pixels with n + 2 products (Lavin and
-/// Gray, "Fast Algorithms for Convolutional Neural Networks", 2016). All output channels share the transformed inputs,
-/// and one product follows the other, so that few registers suffice. Unrolling the taps costs AVX2 up to a fifth.
+/// Winograd's F(n, 3) down the columns. It computes n rows of results from n + 2 rows of pixels with n + 2 products
+/// (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016). All output channels share the
+/// transformed inputs, and one product follows the other, so that few registers suffice. Unrolling the taps costs AVX2
+/// up to a fifth.
 ///
 /// Many inputs are 0, as sparse pictures and rectified layers are. An input that is 0 across the vectors computed
 /// together is skipped, which changes no bit. For a picture with 5 % of its pixels that skips half of all products.
@@ -67,7 +68,7 @@ struct Winograd<4> {
     }
 };
 
-/// Parts of a tile, computed one after the other, each from the inputs that are not 0 everywhere in and next to it.
+/// Parts of a tile, computed one after the other. Each reads the inputs that are not 0 everywhere in and next to it.
 struct Steps {
     int count, begin[conv_steps + 1];  // in vectors
     int inputs[conv_steps] = {};       // number of inputs used
@@ -220,7 +221,7 @@ inline Sums<Rows, 1, Vectors> convolve_one(const ConvRows& rows, int x, const in
 
 inline F relu(F v) { return max(v, F{}); }
 
-/// Writes one row of sums to row `y` of the output, or to rows 2y and 2y + 1 if it is enlarged.
+/// Writes one row of sums to row `y` of the output; if enlarged, to rows 2y and 2y + 1.
 template <int Block, int Vectors>
 inline void write(const ConvRows& rows, const F (&sums)[Block][Vectors], int y, int x, Then then) {
     const auto row = static_cast<std::size_t>(y) * rows.output_row_stride;

@@ -28,7 +28,7 @@ private:
     struct Pixels;
     class Correction;
 
-    /// The rows of each level that a band of pixels needs: first for `finish`, then for `push` from level to level.
+    /// The rows of each level that a band of pixels needs. First for `finish`, then for `push` from level to level.
     static std::array<Band, levels> needed(Band band);
     /// Counts and sums over the traced pixels of the blocks of level 2 and coarser, for rows of the coarsest.
     static void pull(const Pixels& pixels, Images& images, int begin, int end);

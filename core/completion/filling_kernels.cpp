@@ -56,7 +56,7 @@ inline void compare_with(const DoubledPair& coarse, const From& from, const Rows
 void compare(DoubledPair coarse, ConstRows finer, Rows to, int width) { compare_with(coarse, finer, to, width); }
 void compare_pixels(DoubledPair coarse, PixelRows pixels, Rows to, int width) { compare_with(coarse, pixels, to, width); }
 
-/// The doubled picture plus the surprise of the traced pixels in a block or, without any, the mean surprise of its
+/// The doubled picture plus the surprise of a block's traced pixels. Without traced pixels, the mean surprise of its
 /// neighbours.
 inline Phases corrected(const Doubled& coarse, const ConstRows& from, int count, int sum, int x) {
     const F least = constant(16 * softness);

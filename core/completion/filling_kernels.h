@@ -7,7 +7,7 @@
 
 namespace bob {
 
-/// Per block: the number of traced pixels, the number of these that show a surface, and the sum of its gray.
+/// Per block: the number of traced pixels, how many show a surface, and the sum of its gray.
 namespace counts {
 enum : int { traced, shown, gray, channels };
 }
@@ -17,8 +17,8 @@ namespace filled {
 enum : int { coverage, gray, channels };
 }
 
-/// In phases, the 2x2 pixels of each block: the weight of each pixel, and the weighted difference from the prediction;
-/// for coverage, and for gray.
+/// In phases, the 2x2 pixels of each block. For coverage and for gray: the weight of each pixel, and the weighted
+/// difference from the prediction.
 namespace surprise {
 enum : int { traced = 0, coverage = 4, shown = 8, gray = 12, channels = 16 };
 }

@@ -23,7 +23,7 @@ namespace {
 /// Maximum contrast between two corners, as a share of the channel's range; above it they predict nothing between them.
 constexpr float most_contrast = 0.15f;
 
-/// Maximum distance over which two corners decide; over longer ones a highlight may lie between them, and all four have
+/// Maximum distance over which two corners decide. Over longer ones a highlight may lie between them, and all four have
 /// to agree.
 constexpr int longest_pair = 4;
 
@@ -54,7 +54,7 @@ Band coarser(Band rows, int step, int height) {
     return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
 }
 
-/// The range of coarser nodes, on the columns and between them, that some nodes of a lattice depend on, including two
+/// The range of coarser nodes, on the columns and between them, that nodes of a lattice depend on. Includes two
 /// neighbours on either side.
 Stretch made_for(Stretch some) { return aligned({std::max(0, some.begin / 2 - 2), some.end / 2 + 2}); }
 
@@ -191,7 +191,7 @@ private:
         }
     }
 
-    /// Refines rows of a lattice, in some columns, from the coarser one; writes its nodes or, if `nodes` is null, the
+    /// Refines rows of a lattice, in some columns, from the coarser one. Writes its nodes or, if `nodes` is null, the
     /// picture.
     void refine(int step, const Planes& coarse, Band rows, Stretch some, Lattices& lattices, Planes* nodes) {
         const Stretch made = made_for(some), traced_in{2 * made.begin, 2 * made.end};

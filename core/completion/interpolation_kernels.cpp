@@ -9,7 +9,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// Calls `use` for each whole vector of pixels; the last pixels are padded with zeros, and only existing ones are
+/// Calls `use` for each whole vector of pixels. The last pixels are padded with zeros, and only existing ones are
 /// stored.
 template <int Inputs, int Outputs, class Use>
 inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Outputs], std::size_t pixels, Use use) {

@@ -32,7 +32,7 @@ struct TracedRow {
     int columns;
 };
 
-/// Nodes at every other pixel of a row, and the rows around them in opposite pairs: node i lies at 2i + `phase`.
+/// Nodes at every other pixel of a row, and the rows around them in opposite pairs. Node i lies at 2i + `phase`.
 struct NodesBetween {
     int components, phase;
     bool by_pairs;
@@ -56,9 +56,9 @@ struct ImprovedRow {
 };
 
 struct InterpolationKernels {
-    /// Copies every other pixel of a row, from column `phase` on, to a plane of the mask and planes of the components;
-    /// values are copied only where traced, and may overlap the source. `some` is the range written, from a whole
-    /// vector on, here and below.
+    /// Copies every other pixel of a row, from column `phase` on, to planes of the mask and components. Values are
+    /// copied only where traced, and may overlap the source. `some` is the range written, from a whole vector on, here
+    /// and below.
     void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane, Stretch some);
     /// Computes nodes. A traced pixel is its own node. By pairs, other nodes are the mean of the opposite pair of lower
     /// contrast; unknown if that contrast is too large, a corner is unknown, or the other pair lies off to one side.

@@ -8,7 +8,7 @@
 namespace bob {
 namespace {
 
-/// Positions of a grouped layer's output channels, as in ShuffleNet: every group of the next layer sees channels of all
+/// Positions of a grouped layer's output channels, as in ShuffleNet. Every group of the next layer sees channels of all
 /// groups.
 std::vector<int> shuffled(int channels, int groups) {
     std::vector<int> position(static_cast<std::size_t>(channels));

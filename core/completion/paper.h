@@ -12,7 +12,7 @@ namespace bob {
 
 class Paper : public Network {
 public:
-    /// Images between layers are windows of rows that move down a large picture, within `memory` bytes; very wide
+    /// Images between layers are windows of rows that move down a large picture, within `memory` bytes. Very wide
     /// pictures need more.
     ///
     /// The output is the same for any `memory`; at 640x480 so is the time from 4 to 12 MB. Throws std::invalid_argument

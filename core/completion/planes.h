@@ -56,7 +56,7 @@ public:
     [[nodiscard]] std::size_t row_stride() const { return stride_; }
     [[nodiscard]] std::size_t plane_stride() const { return plane_; }
 
-    /// The first pixel of a row; pixel -1 and row -1 exist, as do the pixel and the row past the far ends.
+    /// The first pixel of a row. Pixel -1 and row -1 exist, as do the pixel and the row past the far ends.
     [[nodiscard]] float* row(int channel, int y) {
         const int place = y < 0 || y >= height_ ? window_ : y % window_;  // the last row is the border
         return data_.get() + plane_ * static_cast<std::size_t>(channel) + stride_ * static_cast<std::size_t>(place) + border;
@@ -66,7 +66,7 @@ public:
     /// Offset in floats from row y to row `other`.
     [[nodiscard]] std::ptrdiff_t offset(int y, int other) const { return row(0, other) - row(0, y); }
 
-    /// Zeroes the padding of a row; in the row below the last, which kernels of two rows may write, zeroes everything.
+    /// Zeroes the padding of a row. In the row below the last, which kernels of two rows may write, zeroes everything.
     void clear_tail(int channel, int y) { clear_tail(channel, y, 0, width_); }
     /// Zeroes only the padding next to or below columns `begin` to `end`, the only ones written.
     void clear_tail(int channel, int y, int begin, int end) {

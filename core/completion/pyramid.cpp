@@ -173,8 +173,8 @@ struct Pyramid::Images {
     }
 
 private:
-    /// Chooses the largest `rows` that fit the network's memory and divide the picture evenly, and returns the windows
-    /// of each level.
+    /// Chooses the largest `rows` that fit the network's memory and divide the picture evenly. Returns the windows of
+    /// each level.
     std::vector<Windows> plan(const Pyramid& network) {
         std::vector<Windows> windows;
         const std::size_t of_tiles = static_cast<std::size_t>(thread_count()) * Finest::bytes(columns(), network.layers(1));

@@ -10,7 +10,7 @@
 namespace bob {
 
 /// Sums of a level: the number of traced pixels in a block, their gray, depth, normal x and normal y, and their offsets
-/// to the right of and below the block's centre. Then 0 if all are background, else 1.
+/// from the block's centre, right and down. Then 0 if all are background, else 1.
 namespace sums {
 enum : int { count, gray, depth, normal_x, normal_y, right, down, shown, channels };
 }
@@ -27,7 +27,8 @@ struct PyramidKernels {
     void (*know)(ConstRows sums, Rows inputs, float* corrected, float side, int width);
     /// For level 1: inputs 1 and 2, and the phases of the mask, inputs 3 to 6. `shown` as in the sums.
     void (*know_finest)(PixelRows pixels, Rows inputs, float* corrected, float* shown, int width);
-    /// The maxima of 3x3 pixels of a plane with a border of zeros, times the coarser level's row, each pixel twice.
+    /// The maxima of 3x3 pixels of a plane with a border of zeros. Multiplied by the coarser level's row, each pixel
+    /// twice.
     void (*spread)(ConstRows shown, const float* coarser, float* surface, int width);
     /// The phases of the traced gray minus the doubled picture, given the phases of the mask.
     void (*compare)(Doubled coarse, PixelRows pixels, ConstRows mask, Rows surprise, int width);

@@ -20,8 +20,8 @@ struct DoubledMeans {
     Doubled of[ratio_means::channels];
 };
 
-/// Two rows of pixels and the rows above and below, in order: the guide, null outside the picture, and the colours'
-/// first component.
+/// Two rows of pixels and the rows above and below, in order. The guide is null outside the picture; the colours are
+/// given by their first component.
 struct GuidedRows {
     const float *guide[4], *color[4];
     std::size_t plane_stride;
@@ -48,8 +48,8 @@ struct RatioKernels {
     /// Computes two rows of means from the neighbouring sums and the coarser level's prediction. `unit` is the guide's
     /// size of a 1; the level is `width` wide.
     void (*mean)(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows means, float unit, int width, Stretch some);
-    /// Writes two rows of the picture: the guide times the nearby ratios up to somewhat above the guide's mean there,
-    /// and white for the rest; clamped to low..high, NaN to low.
+    /// Writes two rows of the picture. Up to somewhat above the guide's mean nearby, a pixel is the guide times the
+    /// ratios there; the rest is white. Clamped to low..high, NaN to low.
     void (*finish)(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, Stretch some);
 };
 

@@ -70,7 +70,7 @@ struct PictureRows {
     int rows, columns;
 };
 
-/// Three rows of a picture for doubling: the row above, this row and the row below; pixels -1 and width repeat the
+/// Three rows of a picture for doubling: the row above, this row and the row below. Pixels -1 and width repeat the
 /// edges.
 struct Doubled {
     const float *above, *here, *below;

@@ -25,7 +25,7 @@ struct Weights {
 [[nodiscard]] std::span<const float> tensor(const Weights& weights, const std::string& name, const std::vector<int>& shape);
 
 /// The convolution `name`, computed in steps of `rows` rows, from the tensors `name.weight` (out, in / groups, 3, 3)
-/// and `name.bias` (out,); their shapes determine the groups. Throws std::invalid_argument, with the tensor's name, if
+/// and `name.bias` (out,). Their shapes determine the groups. Throws std::invalid_argument, with the tensor's name, if
 /// one is missing or does not fit.
 [[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out, int rows);
 

@@ -13,7 +13,7 @@ namespace bob {
 /// scale * a + offset: sums and products with constants, negation.
 constexpr Op affine = static_cast<Op>(op_count);
 
-/// The distance from two surfaces that meet at right angles, given the distances a and b: the larger if either is
+/// The distance from two surfaces that meet at right angles, given the distances a and b. The larger if either is
 /// negative, else hypot(a, b). A select without a jump.
 constexpr Op corner_distance = static_cast<Op>(op_count + 1);
 
@@ -136,8 +136,8 @@ struct FormulaKernels {
     void (*gradients)(const Code& code, const float* const point[3], int count, bool across_jumps, float* value,
                       float* const gradient[3], void* scratch);
 
-    /// Bounds of f in each box, and the decisions of the boxes: one for each deciding op, in the code's order; two for
-    /// a corner, first its maximum's.
+    /// Bounds of f in each box, and the decisions of the boxes. One for each deciding op, in the code's order; two for a
+    /// corner, first its maximum's.
     void (*bounds)(const Code& code, BoxBatch& boxes, Decision* decisions, void* scratch);
 
     /// Narrows `least` and `most` of boxes after `bounds`, by the value at the centre and the slopes (mean value

@@ -165,9 +165,9 @@ struct Value {
     friend bool operator==(const Value&, const Value&) = default;
 };
 
-/// Builds expressions without duplicate nodes, with folded constants and algebraic simplification: x + 0, -(-x), min(x,
-/// x), sums and products with several constants, sqrt(x^2 + y^2) as hypot. Values change in the last bits at most; x *
-/// 0 stays, since x may be infinite.
+/// Builds expressions without duplicate nodes, with folded constants. Simplifies x + 0, -(-x), min(x, x), sums and
+/// products with several constants, sqrt(x^2 + y^2) as hypot. Values change in the last bits at most; x * 0 stays, since
+/// x may be infinite.
 class Graph {
 public:
     static constexpr std::size_t max_nodes = 1 << 20;
@@ -184,13 +184,13 @@ public:
     Value binary(Op op, Value a, Value b);
     /// b if a < 0, else c.
     Value select(Value a, Value b, Value c);
-    /// A select in a formula that does not jump: b and c meet where a changes its sign, or neither is chosen in the
-    /// end.
+    /// A select in a formula that does not jump. The values b and c meet where a changes its sign, or neither is chosen
+    /// in the end.
     Value piecewise(Value a, Value b, Value c);
     /// The signed distance of (x, y, z) from a mesh.
     Value mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z);
 
-    /// Adds the op of a node of any expression to this graph; `operand` is ignored for an axis or a constant.
+    /// Adds the op of a node of any expression to this graph. `operand` is ignored for an axis or a constant.
     Value like(const Node& node, const Value operand[3]);
     /// Adds a node made by another graph whose operands are unchanged, without simplification.
     Value again(const Node& node, const Value operand[3]);

@@ -19,8 +19,8 @@ namespace bob::BOB_ISA {
 
 inline bool any(M mask) { return bits(mask) != 0; }
 
-/// The distance along each ray to the next jump: a select's condition at zero, a rounding threshold, or the cut of an
-/// angle, extrapolated linearly from the point.
+/// The distance along each ray to the next jump, extrapolated linearly from the point. A jump is a select's condition at
+/// zero, a rounding threshold, or the cut of an angle.
 struct JumpAhead {
     F& soonest;
 
@@ -109,7 +109,7 @@ inline F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     return t;
 }
 
-/// Whether f, of different signs at two close points, has a pole between them and not a jump: farther out it is much
+/// Whether f, of different signs at two close points, has a pole between them and not a jump. Farther out it is much
 /// smaller, or NaN. (Closer in, floats may be too coarse to show the growth.)
 inline M grows(const Along& along, F a, F fa, F b, F fb) {
     const F out = 16.f * (b - a);
@@ -385,7 +385,7 @@ struct Searches {
         fa = passed ? fb : fa;
         to_jump = passed ? jump_after_b : to_jump;
         width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
-        // A jump much nearer than the interval's width is one of many; a bound over all of them may rule them out.
+        // A jump much nearer than the interval's width is one of many. A bound over all of them may rule them out.
         stop_at_jump = split ? (M)(to_jump > 0.0625f * width) : stop_at_jump & (to_jump <= finest);
     }
 };

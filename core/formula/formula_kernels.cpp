@@ -28,8 +28,9 @@ void colors(const Code& code, const int results[3], const float* const point[3],
     for (int i = 0; i < 3; ++i) store_some(color[i], static_cast<const F*>(scratch)[results[i]], count);
 }
 
-/// The nearest jump of a formula within `reach` of each point, and the gradient of its cause: a select's condition, a
-/// rounded value, an angle's cut, or a quotient's divisor that passes zero. Distances are linear estimates from slopes.
+/// The nearest jump of a formula within `reach` of each point, and the gradient of its cause. The cause is a select's
+/// condition, a rounded value, an angle's cut, or a quotient's divisor that passes zero. Distances are linear estimates
+/// from slopes.
 struct JumpBeside {
     using Gradient = Dual<F, 3>;
 

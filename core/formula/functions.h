@@ -1,6 +1,6 @@
-/// Elementary functions of float vectors, after Moshier's Cephes library (single precision): accurate to a few units in
-/// the last place, for which `interval.h` allows. Sine and cosine lose digits beyond |x| = 1e4, as x itself does. Only
-/// for *_kernels.cpp.
+/// Elementary functions of float vectors, after Moshier's Cephes library (single precision). They are accurate to a few
+/// units in the last place, and `interval.h` allows for that. Sine and cosine lose digits beyond |x| = 1e4, as x itself
+/// does. Only for *_kernels.cpp.
 #pragma once
 
 #include <limits>
@@ -145,7 +145,7 @@ inline F corner(F a, F b) {
 /// The remainder of a / b with the sign of b.
 inline F modulo(F a, F b) { return a - b * floor(a / b); }
 
-/// a^n for n >= 1, by products of magnitudes only, so that it is monotonic in the magnitude of a to the last bit.
+/// a^n for n >= 1, by products of magnitudes only. It is therefore monotonic in the magnitude of a to the last bit.
 inline F power(F a, int n) {
     F result = a, factor = a;
     bool started = false;

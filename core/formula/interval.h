@@ -1,4 +1,4 @@
-/// Intervals of floats, one per lane: every value of a formula, as the point evaluator rounds it, lies within its
+/// Intervals of floats, one per lane. Every value of a formula, as the point evaluator rounds it, lies within its
 /// interval.
 ///
 /// Sums, products, quotients and roots round the same way and never cross their bounds. The elementary functions are

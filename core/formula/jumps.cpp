@@ -172,7 +172,7 @@ Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
     return given;
 }
 
-/// The formula on one side of the cut of an angle: the angle is measured from the cut, where it is small, plus or minus
+/// The formula on one side of the cut of an angle. The angle is measured from the cut, where it is small, plus or minus
 /// half a turn.
 Expression beside_cut(const Tape& tape, const Survey& found, bool before) {
     thread_local Graph graph;

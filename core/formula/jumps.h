@@ -16,8 +16,8 @@ namespace bob {
 /// The formula with every a mod b replaced by a - b floor(a / b).
 [[nodiscard]] Expression without_modulo(const Expression& f);
 
-/// A formula with the same signs and roots in the first box, with up to three selects outside everything that jumps
-/// there; a constant if there is no root. Empty if more roundings and angles jump there, or a rounding takes more than
+/// A formula with the same signs and roots in the first box. Up to three selects are outside everything that jumps
+/// there. A constant if there is no root. Empty if more roundings and angles jump there, or a rounding takes more than
 /// two values.
 [[nodiscard]] std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work);
 

@@ -332,8 +332,8 @@ std::optional<bool> MeshDistance::is_inside(const Point& p, std::size_t most) co
 
 // ---- Distances -------------------------------------------------------------------------------------------
 
-/// Christer Ericson, "Real-Time Collision Detection", 2005, 5.1.5; inside the triangle, the distance along its normal,
-/// which is accurate for narrow triangles too.
+/// The closest point: Christer Ericson, "Real-Time Collision Detection", 2005, 5.1.5. Inside the triangle, the distance
+/// along its normal, which is accurate for narrow triangles too.
 MeshDistance::Closest MeshDistance::closest(const Face& face, const Point& p) {
     const Point a = wide(face.corner[0]), b = wide(face.corner[1]), c = wide(face.corner[2]);
     const auto at = [&](const Point& q) {

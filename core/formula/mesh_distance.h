@@ -63,8 +63,8 @@ public:
 private:
     static constexpr std::uint32_t no_face = 0xffffffff;
 
-    /// `sense`: 1 if the anticlockwise side is outside and the other inside, -1 if reversed, 0 if both sides are
-    /// inside, other triangles cut through, or too many are nearby to test.
+    /// A triangle with its orientation. `sense` is 1 if the anticlockwise side is outside and the other inside, -1 if
+    /// reversed. It is 0 if both sides are inside, other triangles cut through, or too many are nearby to test.
     struct Face {
         Vec3 corner[3];
         int sense = 0;
@@ -109,8 +109,8 @@ private:
     std::vector<Leaf> leaves_;
 };
 
-/// The distance from a mesh of any size and place, in the mesh's units; vertices are rounded to 1e-7 of its size.
-/// Throws as MeshDistance::of.
+/// The distance from a mesh of any size and place, in the mesh's units. Vertices are rounded to 1e-7 of its size. Throws
+/// as MeshDistance::of.
 [[nodiscard]] Expression distance_to_mesh(std::span<const MeshDistance::Point> vertices,
                                           std::span<const MeshDistance::Triangle> triangles);
 

@@ -1,4 +1,4 @@
-/// Distances from meshes, lane by lane: tree searches do not vectorize, but each lane starts from the result of the
+/// Distances from meshes, lane by lane. Tree searches do not vectorize, but each lane starts from the result of the
 /// last. Only for *_kernels.cpp.
 #pragma once
 

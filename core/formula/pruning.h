@@ -11,7 +11,7 @@ namespace bob {
 /// Number of decisions in code, as FormulaKernels::bounds writes them.
 [[nodiscard]] std::size_t decision_count(const Code& code);
 
-/// Writes code pruned by the `decisions` of box `lane` (from FormulaKernels::bounds): each choice is replaced by its
+/// Writes code pruned by the `decisions` of box `lane` (from FormulaKernels::bounds). Each choice is replaced by its
 /// outcome, and unused code is dropped.
 ///
 /// Its one or three results are identical to the bit at all points of the box, unless the formula may be NaN there. Far

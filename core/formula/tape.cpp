@@ -173,7 +173,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
 /// Groups steps of equal op where their dependencies allow.
 class Groups {
 public:
-    /// Reorders the code and allocates registers, each reused as soon as possible; leaves the order unchanged if it
+    /// Reorders the code and allocates registers, each reused as soon as possible. Leaves the order unchanged if it
     /// needs too many.
     void form(std::span<Instruction> code, int& registers, int& result) {
         const auto count = static_cast<std::uint32_t>(code.size());

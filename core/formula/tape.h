@@ -23,7 +23,7 @@ struct LoweredCode {
     std::array<int, 3> results{};  // registers of the one or three roots
 };
 
-/// Reorders code so that steps of equal op are adjacent where dependencies allow; returns the number of registers and
+/// Reorders code so that steps of equal op are adjacent where dependencies allow. Returns the number of registers and
 /// the result's register.
 ///
 /// Processors predict the next step from the steps before it, and a misprediction costs as much time as several steps.

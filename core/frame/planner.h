@@ -29,9 +29,9 @@ constexpr std::array<std::string_view, 3> completion_names = {"filling", "small"
 /// `share`: traced pixels over all pixels; `parallax`: since the last picture, for reprojection.
 [[nodiscard]] float expected_error(Mode mode, Completion completion, float share, float parallax = 0);
 
-/// The parallax between two cameras: how far a near point moves past a point behind it by half of the depth range, over
-/// the picture's height. It is the median over the picture, and infinite if more than half of it was behind the first
-/// camera.
+/// The parallax between two cameras, over the picture's height. It is the motion of a near point relative to a point
+/// behind it by half of the depth range. The result is the median over the picture, and infinite if more than half of it
+/// was behind the first camera.
 [[nodiscard]] double parallax(const Camera& before, const Camera& after, int height, int width);
 
 /// Plans frames by one criterion: the expected error when the frame's time is over. It has no clock; hosts report

@@ -30,7 +30,7 @@ struct Arc {
         radius = length(chord) * (1 + b * b) / (4 * std::fabs(b));
     }
 
-    /// The angle from its start to a point, as seen from its center, in the arc's direction unless the other is much
+    /// The angle from its start to a point, as seen from its center. In the arc's direction, unless the other is much
     /// shorter.
     [[nodiscard]] double angle_to(const Vector<2>& p) const {
         const Vector<2> a = from - center, b = p - center;

@@ -19,7 +19,7 @@ namespace {
 /// Distance below which places are equal, relative to the extent of all loops.
 constexpr double same_place = 1e-9;
 
-/// Distance from the common end of consecutive pieces, relative to their length, within which crossings are ignored:
+/// Distance from the common end of consecutive pieces, relative to their length. Crossings within it are ignored:
 /// crossings of arcs with a common tangent have only half of the digits.
 constexpr double near_common_end = 1e-4;
 
@@ -62,8 +62,8 @@ public:
         }
     }
 
-    /// The winding number of a point: from the chords that cross the line from it along x, and from the caps between
-    /// chords and arcs.
+    /// The winding number of a point. Counts the chords that cross the line from it along x, and the caps between chords
+    /// and arcs.
     [[nodiscard]] int winding(const Vector<2>& p) const {
         int result = 0;
         for (const std::uint32_t i : rows_[row_of(p[1])]) {
@@ -75,7 +75,7 @@ public:
             const bool beside_chord = piece.bulge > 0 ? left <= 0 : left >= 0;
             const Arc arc(piece);
             const bool in_circle = length(p - arc.center) < arc.radius;
-            // The cap of more than half a circle is the circle on the chord's one side; so is the cap of less.
+            // The cap of more than half a circle is the circle on the chord's one side. So is the cap of less.
             if (beside_chord && in_circle) result += piece.bulge > 0 ? 1 : -1;
         }
         return result;

@@ -10,7 +10,7 @@ using std::numbers::pi;
 
 namespace {
 
-/// The material that a fillet removes from the edge: k h (1 - h), combined with the mix of a and b by h, so that
+/// The material that a fillet removes from the edge. It is k h (1 - h), combined with the mix of a and b by h, so that
 /// neither appears alone.
 Value fillet(Value a, Value b, double k) { return square(max(k - abs(a - b), 0)) / (4 * k); }
 
@@ -53,8 +53,8 @@ constexpr Vector<3> z_axis{0, 0, 1};
 
 // ---- Together --------------------------------------------------------------------------------------------
 
-/// Folds the shapes `bs` into the shape `a`, one after the other. k is the argument or, if omitted, the k of each of
-/// `bs`; 0 means none was set.
+/// Folds the shapes `bs` into the shape `a`, one after the other. The radius k is the argument or, if omitted, the k of
+/// each of `bs`; 0 if unset.
 template <std::size_t n, class Step>
 Object fold(const Arguments& a, double k, Step step) {
     Graph graph;
@@ -71,7 +71,7 @@ Object unite(const Arguments& a) {
 
 template <std::size_t n>
 Object subtract(const Arguments& a) {
-    // A tool without a colour leaves cuts in the colour of the material; a tool with one paints only the cuts.
+    // A tool without a colour leaves cuts in the colour of the material. A tool with one paints only the cuts.
     return fold<n>(a, smoothness(a), [](const Colored& x, const Colored& y, double k) {
         return smooth_max(y.color ? painted(x) : x, -y, k);
     });

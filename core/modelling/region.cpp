@@ -24,7 +24,7 @@
 namespace bob {
 namespace {
 
-/// Pieces that turn by less than this where they meet, in radians, need no corner: where it would be nearest, a piece
+/// Pieces that turn by less than this where they meet, in radians, need no corner. Where it would be nearest, a piece
 /// seems nearer by 1e-9 of the distance.
 constexpr double smooth_turn = 1e-4;
 
@@ -32,8 +32,8 @@ constexpr double smooth_turn = 1e-4;
 /// features are almost as near, and the side of the common tangent decides.
 constexpr double sharp_turn = 0.5;
 
-/// Growth, relative to distances, of the penalty that keeps a feature from being nearer than a corner: enough for the
-/// end of an arc, which is farther away than the arc's circle and its end's normal together.
+/// Growth, relative to distances, of the penalty that keeps a feature from being nearer than a corner. This is enough
+/// for the end of an arc, which is farther away than the arc's circle and its end's normal together.
 constexpr double steep = 4;
 
 /// A feature that a point may be nearest to.

@@ -233,7 +233,7 @@ private:
         names.emplace_back(target.text, found == names_.end() ? std::nullopt : std::optional(found->second));
     }
 
-    /// Runs the clauses of a list from the given one on, and collects an item for each iteration of the last.
+    /// Runs the clauses of a list from the given one on. Collects an item for each iteration of the last.
     void generate(const Term& term, std::size_t clause, std::vector<Value>& result) {
         if (clause == term.parts.size()) {
             if (result.size() < ScriptLimits::items) result.push_back(evaluate(term.parts[0]));

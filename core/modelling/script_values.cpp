@@ -90,8 +90,8 @@ double python_modulo(double a, double b) {
     return remainder != 0 && (remainder < 0) != (b < 0) ? remainder + b : remainder;
 }
 
-/// The quotient rounded down, such that a == b * quotient + python_modulo(a, b) as nearly as possible: the plain
-/// quotient may round up to the next integer.
+/// The quotient rounded down: a == b * quotient + python_modulo(a, b), as nearly as possible. The plain quotient may
+/// round up to the next integer.
 double python_floor_divide(double a, double b) { return std::round((a - python_modulo(a, b)) / b); }
 
 double compute(Operator op, double a, double b) {

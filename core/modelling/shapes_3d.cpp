@@ -11,7 +11,7 @@ namespace {
 
 constexpr Vector<3> origin{0, 0, 0}, up{0, 0, 1};
 
-/// A point relative to the line from a to b: the distance along it from a, and the distance from it.
+/// A point relative to the line from a to b. Its distance along the line from a, and its distance from the line.
 struct Axial {
     Value along, away;
     double length;  // from a to b

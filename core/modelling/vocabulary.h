@@ -1,6 +1,6 @@
-/// The words of the modelling language, each declared once, as data: shapes, operations on shapes and easing functions,
-/// with the names and meanings of fogleman/sdf. Python, shape scripts and the documentation are generated from this
-/// table.
+/// The words of the modelling language, each declared once, as data. They are shapes, operations on shapes and easing
+/// functions, with the names and meanings of fogleman/sdf. Python, shape scripts and the documentation are generated
+/// from this table.
 #pragma once
 
 #include <memory>

@@ -207,7 +207,7 @@ Value corner(const Point<n>& q) {
     return result;
 }
 
-/// |v - middle of 0..extent| - half the extent: negative between 0 and `extent`, outside the distance to the nearer end.
+/// |v - middle of 0..extent| - half the extent. Negative between 0 and `extent`, outside the distance to the nearer end.
 inline Value beyond(Value v, double extent) { return abs(v - extent / 2) - extent / 2; }
 
 // Shapes.

@@ -36,9 +36,9 @@ public:
         at_.assign(points_.size(), 0);
         triangles_.push_back({{count_, count_ + 1, count_ + 2}, {-1, 1, -1}});
         triangles_.push_back({{count_, count_ + 2, count_ + 3}, {-1, -1, 0}});
-        // In rounds of about twice as many points as all rounds before; row by row, a grid's triangles would be flipped
-        // again and again (Amenta, Choi and Rote, "Incremental constructions con BRIO", 2003). Each round goes to and
-        // fro in bands, so that consecutive points are near each other.
+        // Inserts points in rounds, each of about twice as many points as all rounds before. Row by row, a grid's
+        // triangles would be flipped again and again (Amenta, Choi and Rote, "Incremental constructions con BRIO",
+        // 2003). Each round goes to and fro in bands, so that consecutive points are near each other.
         struct Turn {
             int round, band;
             std::int64_t x;

@@ -7,7 +7,7 @@
 namespace bob {
 namespace {
 
-/// Interpolates from a to b: exactly a if t is 0 or both are equal, exactly b if t is 1.
+/// Interpolates from a to b. Exactly a if t is 0 or both are equal, exactly b if t is 1.
 template <std::size_t D>
 std::array<double, D> mix(const std::array<double, D>& a, const std::array<double, D>& b, double t) {
     std::array<double, D> result;

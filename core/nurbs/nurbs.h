@@ -61,18 +61,18 @@ struct BezierPatch {
     std::vector<Homogeneous<3>> control_points;  // (degree_u + 1)(degree_v + 1), v fastest
 };
 
-/// A2.1: the span i with knots[i] <= u < knots[i + 1]; outside the domain, the first or last nonempty one. The domain
+/// A2.1: the span i with knots[i] <= u < knots[i + 1]. Outside the domain, the first or last nonempty one. The domain
 /// must not be empty.
 [[nodiscard]] std::size_t find_span(int degree, std::span<const double> knots, double u);
 
-/// A2.2 and equation 2.7: the derivatives 0..order of the degree + 1 basis functions that are nonzero on the span.
-/// result[k][j] is the k-th derivative of N_{span - degree + j, degree} at u; zero for k above the degree.
+/// A2.2 and equation 2.7: the derivatives 0..order of the degree + 1 basis functions that are nonzero on the span. The
+/// value result[k][j] is the k-th derivative of N_{span - degree + j, degree} at u; zero for k above the degree.
 using BasisDerivatives = std::array<std::array<double, max_degree + 1>, max_degree + 1>;
 [[nodiscard]] BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::span<const double> knots,
                                                  int order);
 
-/// A4.4: the partial derivatives of S at (u, v). result[k * (order + 1) + l] is d^(k+l) S / du^k dv^l; zero for k + l >
-/// order.
+/// A4.4: the partial derivatives of S at (u, v). The value result[k * (order + 1) + l] is d^(k+l) S / du^k dv^l; zero
+/// for k + l > order.
 [[nodiscard]] std::vector<std::array<double, 3>> surface_derivatives(const NurbsSurface& surface, double u, double v,
                                                                      int order);
 

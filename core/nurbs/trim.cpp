@@ -1,5 +1,5 @@
-// Trimming by ray crossings: a point is inside if the loops cross the ray from it in the direction of u an odd number
-// of times (Schollmeyer and Froehlich, "Direct Trimming of NURBS Surfaces on the GPU", 2009, with v for u).
+// Trimming by ray crossings. A point is inside if the loops cross its ray in the direction of u an odd number of times
+// (Schollmeyer and Froehlich, "Direct Trimming of NURBS Surfaces on the GPU", 2009, with v for u).
 //
 // The curves are cut into Bezier pieces that are monotone in u and in v. If a point is outside a piece's box, the
 // piece's ends alone determine its crossings. Pieces of a run share their ends, so the same holds for the ends of a
@@ -82,7 +82,7 @@ void append_roots(Polynomial f, double low, double high, std::vector<double>& ro
     append_roots(f, middle, high, roots);
 }
 
-/// Appends the parameters of turning points of a coordinate x = X / W of a curve: roots of X' W - X W'.
+/// Appends the parameters of turning points of a curve's coordinate x = X / W. They are roots of X' W - X W'.
 void append_turns(const Points& points, std::size_t axis, std::vector<double>& turns) {
     const std::size_t p = points.size() - 1;
     // Relative to the first point, X is as small as the curve, and so are rounding errors.

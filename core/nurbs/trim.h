@@ -33,19 +33,19 @@ public:
 
     enum class Coverage { none, some, all };
 
-    /// Coverage of a rectangle by the inside; `some` if a curve, or a line that closes a gap, comes within 2e-9 of the
-    /// domain's size. Adds the number of visited nodes.
+    /// Coverage of a rectangle by the inside. It is `some` if a curve, or a line that closes a gap, comes within 2e-9 of
+    /// the domain's size. Adds the number of visited nodes.
     [[nodiscard]] Coverage coverage(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
-    /// A rectangle around the inside of a rectangle, as tight as boxes of monotone curve pieces; low > high if empty.
+    /// A rectangle around the inside of a rectangle, as tight as boxes of monotone curve pieces. If empty, low > high.
     /// Adds the number of visited nodes.
     [[nodiscard]] Domain extent(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    /// The box of a run of consecutive pieces of a loop, or of several loops; it may be larger by rounding. 48 bytes. A
-    /// node's descendants follow it, up to the node `next`.
+    /// The box of a run of consecutive pieces of a loop, or of several loops. It may be larger by rounding. A node has
+    /// 48 bytes. A node's descendants follow it, up to the node `next`.
     struct Node {
         float low_u, high_u, low_v, high_v;
         double start_v, end_v;  // of the run; equal if it closes
@@ -70,8 +70,8 @@ private:
     [[nodiscard]] bool passes(const Node& leaf, const Domain& rectangle) const;
 
     std::vector<Node> nodes_;
-    // The control points of each piece, times binomials: all u, and the inner v (the node has the others); for rational
-    // pieces, all w u, w v and w.
+    // The control points of each piece, times binomials. Polynomial pieces store all u, and the inner v (the node has
+    // the others); for rational pieces, all w u, w v and w.
     std::vector<double> coefficients_;
     double margin_u_, margin_v_;
     bool everything_;

@@ -57,8 +57,8 @@ public:
         if (in_perspective_) stand(camera, height, width);
     }
 
-    /// The ray through a pixel's centre, from the camera or from just before the unit sphere, whichever is later; false
-    /// if it misses the sphere.
+    /// The ray through a pixel's centre. It starts at the camera or just before the unit sphere, whichever is later.
+    /// False if it misses the sphere.
     [[nodiscard]] bool ray(Pixel pixel, Ray& ray) const { return this->ray(static_cast<float>(pixel.row), static_cast<float>(pixel.column), ray); }
 
     /// The ray through any place in the picture.
@@ -72,8 +72,8 @@ public:
         return true;
     }
 
-    /// The line of sight through a place in the picture, for any scene: from the eye, or from a plane in front of the
-    /// unit sphere.
+    /// The line of sight through a place in the picture, for any scene. It starts at the eye, or from a plane in front
+    /// of the unit sphere.
     [[nodiscard]] Ray line(float row, float column) const {
         if (in_perspective_) return {rounded(eye_), rounded(direction(row, column))};
         return {x_of(column) * right_ + y_of(row) * up_ + 2 * toward_, -toward_};
@@ -121,8 +121,8 @@ public:
         return static_cast<float>(1 - (std::sqrt(dot(from_eye, from_eye)) - nearest_) / range_);
     }
 
-    /// A direction in the screen space of a place in the picture: x right, y up, z towards the camera along the ray
-    /// through that place. In perspective these are the camera's axes, rotated by the smallest angle.
+    /// A direction in the screen space of a place in the picture. Axes: x right, y up, z towards the camera along the
+    /// ray through that place. In perspective these are the camera's axes, rotated by the smallest angle.
     [[nodiscard]] Vec3 on_screen(Vec3 direction, float row, float column) const {
         return turned({bob::dot(direction, right_), bob::dot(direction, up_), bob::dot(direction, toward_)}, row, column);
     }
@@ -216,7 +216,7 @@ private:
         return true;
     }
 
-    // A place in the picture, in radii right of and above the sphere's centre; in perspective, at a distance of 1.
+    // A place in the picture, in radii right of and above the sphere's centre. In perspective, at a distance of 1.
     [[nodiscard]] float x_of(float column) const { return (column + 0.5f - 0.5f * columns_) * pixel_ + pan_x_; }
     [[nodiscard]] float y_of(float row) const { return (0.5f * rows_ - 0.5f - row) * pixel_ + pan_y_; }
     [[nodiscard]] double across(float column) const { return (column + 0.5 - 0.5 * columns_) * slope_; }
@@ -254,8 +254,8 @@ private:
     float pixel_;  // side, in radii of the unit sphere
     float pan_x_, pan_y_;
     Axis right_in_double_, up_in_double_, toward_in_double_;
-    // In perspective only: the side of a pixel at a distance of 1, the eye, its distance from the nearest point of the
-    // unit ball, and from there to the farthest.
+    // In perspective only: the side of a pixel at a distance of 1, and the eye. Then its distance from the nearest
+    // point of the unit ball, and from there to the farthest.
     double slope_ = 0;
     Axis eye_{};
     double nearest_ = 0, range_ = 0;

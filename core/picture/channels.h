@@ -45,7 +45,8 @@ inline constexpr Channel alpha{"alpha", 1, 0, 1};
 /// The instance that was hit, as its index in the canonical order.
 inline constexpr Channel instance{"instance", 1, 0, 100000};
 
-/// Shadow of a scene on the ground: the missing share of light, times the share of the pixel that shows the ground.
+/// Shadow of a scene on the ground. It is the missing share of light, times the share of the pixel that shows the
+/// ground.
 inline constexpr Channel shadow{"shadow", 1, 0, 1, 0, true};
 
 /// Variance of the mean gray, for stochastic tracers; 0 where it is exact.

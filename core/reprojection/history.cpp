@@ -15,8 +15,8 @@
 namespace bob {
 namespace {
 
-/// Maximum disc radius in pixels, disc radius per distance between samples, and the minimum squared radius of discs
-/// that are splatted individually. The disc of five pixels replaces all smaller ones.
+/// Maximum disc radius in pixels, and disc radius per distance between samples. From the squared radius `far_squared`
+/// on, discs are splatted individually. The disc of five pixels replaces all smaller ones.
 constexpr int most_radius = BorderedGrid::border;
 constexpr float radius_per_distance = 1.3f;
 constexpr std::uint32_t far_squared = 3;

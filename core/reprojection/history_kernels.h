@@ -34,8 +34,8 @@ struct BorderedGrid {
     [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(at(height + border, 0)) + max_lanes; }
 };
 
-/// Projected points: cells, or nowhere; depths and their change per pixel; squared distances from the pixels' centres,
-/// with offsets to the right and down; normals in screen space.
+/// Projected points, with their cells or nowhere, and with depths and their change per pixel. Also the squared distances
+/// from the pixels' centres, the offsets to the right and down, and normals in screen space.
 struct Sights {
     std::int32_t* cell;
     float *depth, *deeper_right, *deeper_down, *off_center, *right, *down, *normal_x, *normal_y;
@@ -48,8 +48,8 @@ struct Surfaces {
     float *depth, *deeper_right, *deeper_down;
 };
 
-/// The discs of nearby points at each cell: the nearest depth, at least -1, and bits of the octants with disc centres
-/// of the same surface.
+/// The discs of nearby points at each cell. First the nearest depth, at least -1, and bits of the octants with disc
+/// centres of the same surface.
 ///
 /// In the end: the depth below which points are occluded, and -1 or 0 for whether the cell is inside its surface.
 /// Inside, the centres lie on several sides; at a silhouette, all lie on one.
@@ -58,8 +58,8 @@ struct Covers {
     std::int32_t* sides;
 };
 
-/// The candidate point nearest to a cell's centre: the squared distance in the upper half, as the bits of a nonnegative
-/// float, and the point's number in the lower half. The minimum does not depend on the order of points.
+/// The candidate point nearest to a cell's centre. The squared distance is in the upper half, as the bits of a
+/// nonnegative float, and the point's number in the lower half. The minimum does not depend on the order of points.
 using Choice = std::uint64_t;
 constexpr Choice no_choice = ~Choice{0};
 inline Choice choice(float off_center, std::uint32_t point) { return Choice{std::bit_cast<std::uint32_t>(off_center)} << 32 | point; }

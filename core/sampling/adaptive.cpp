@@ -8,7 +8,7 @@
 namespace bob {
 namespace {
 
-/// Ends of rounds in ten-thousandths of the pixels: 8 up to 5 %, 16 up to 25 %, in geometric progression.
+/// Ends of rounds in ten-thousandths of the pixels, in geometric progression. There are 8 up to 5 %, and 16 up to 25 %.
 constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  500,  611,  748,  914,  1118,
                                         1367, 1672, 2045, 2500, 2973, 3536, 4204, 5000, 5946, 7071, 8409, 10000};
 

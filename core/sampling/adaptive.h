@@ -67,7 +67,7 @@ private:
     void look_at(std::uint32_t index, Place at, const Look* look, std::uint32_t least, AddCorners add_corners);
     /// Index offsets from a pixel at this place to its four corners.
     [[nodiscard]] std::array<std::uint32_t, 4> distances_around(Place at) const;
-    /// Queues the neighbours of a surprising pixel at its own level: an edge found here may continue into a larger
+    /// Queues the neighbours of a surprising pixel at its own level. An edge found here may continue into a larger
     /// square and miss all its corners.
     void look_beside(Pixel pixel, std::uint32_t contrast);
     /// The queue for this contrast and area.

@@ -75,8 +75,8 @@ public:
         return {shades, shades, missed, !missed};
     }
 
-    /// Writes the looks of all pixels, plane by plane; a pixel whose mask is 0 gets an empty range. missed, hit: 255 or
-    /// 0.
+    /// Writes the looks of all pixels, plane by plane. A pixel whose mask is 0 gets an empty range. `missed` and `hit`
+    /// are 255 or 0.
     void read_all(const float* mask, std::uint8_t* const low[3], std::uint8_t* const high[3], std::uint8_t* missed, std::uint8_t* hit) const {
         const auto read = [=, size = pixels_](std::size_t k, const Channel& channel, auto value) {
             std::uint8_t *__restrict const least = low[k], *__restrict const greatest = high[k];

@@ -51,8 +51,8 @@ struct Tile {
     bool seeded;  ///< the seed shifts the tile
 };
 
-/// The row and column of the lattice's origin, about a third into each block of 64, 32, 16, ... pixels, never at its
-/// corner: 21 is 5 mod 16 and mod 8, 1 mod 4 and mod 2.
+/// The row and column of the lattice's origin. It is about a third into each block of 64, 32, 16, ... pixels, never at
+/// its corner: 21 is 5 mod 16 and mod 8, 1 mod 4 and mod 2.
 inline constexpr int lattice_first = 21;
 
 /// Nested square lattices, each half of the next and every second one turned by 45 degrees: quincunx refinement. The
@@ -73,7 +73,7 @@ public:
     void operator()(std::uint32_t start, std::span<Pixel> pixels) const;
 
 private:
-    /// A walk through rows x columns tiles, each once: it advances by `step` tiles, numbered row by row, and wraps
+    /// A walk through rows x columns tiles, each once. It advances by `step` tiles, numbered row by row, and wraps
     /// around.
     struct Walk {
         std::uint32_t rows, columns, step;

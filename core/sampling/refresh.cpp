@@ -14,8 +14,8 @@ namespace {
 /// Priority of a pixel without contrast, of 255: with a reprojected sample, and without.
 constexpr float least_expected = 0.5f, least_unknown = 16;
 
-/// Weight of a reprojected sample's contrast where it hit the pixel's centre, and its increase per pixel of distance
-/// from the centre. Pixels without a sample have weight 1.
+/// Weight of a reprojected sample's contrast at the pixel's centre, and its increase per pixel of distance from there.
+/// Pixels without a sample have weight 1.
 constexpr float at_center = 0.4f, off_center_by_one = 2;
 
 /// A surprise adds this share of its contrast to all pixels within `reach` pixels.
@@ -172,7 +172,7 @@ void RefreshOrder::contrast_around(const Looks& looks) {
 }
 
 void RefreshOrder::weigh(const float* traced, const float* off_center) {
-    // From the coarsest squares to the squares of 2 x 2 pixels: an unknown square inherits the estimate of its parent.
+    // From the coarsest squares to the squares of 2 x 2 pixels. An unknown square inherits the estimate of its parent.
     guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
     std::uint32_t coarser_width = 1;
     for (std::size_t level = levels - 1; level > 0; --level) {
@@ -212,7 +212,7 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
                 const bool is_known = (missed[k] | hit[k]) != 0;
                 const float expected = least_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
                 const float surprised = static_cast<float>(surprise[k]), own = is_known ? expected : guess[k];
-                // The noise numbers the pixels of an area: the first gets its full priority, the second half of it, and
+                // The noise numbers the pixels of an area. The first gets its full priority, the second half of it, and
                 // so on.
                 const float shared = (own > surprised ? own : surprised) / ((is_known ? 1.f : area[k]) + noise[k]);
                 worth[k] = mask[k] != 0 ? 0.f : shared;

@@ -34,14 +34,14 @@ struct Entrance {
 };
 
 struct BoxKernels {
-    /// Lists the boxes that the rays begin..end enter, in no particular order, until `enough` are listed, and returns
-    /// the next ray. There is room for `enough` entrances plus the number of boxes. Each result depends on the ray and
-    /// the box alone, to the bit in all instruction sets.
+    /// Lists the boxes that the rays begin..end enter, in no particular order, until `enough` are listed. Returns the
+    /// next ray. There is room for `enough` entrances plus the number of boxes. Each result depends on the ray and the
+    /// box alone, to the bit in all instruction sets.
     std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
-    /// Transforms the rays of `count` entrances, a multiple of `together`, by a map, each from its point at t = start
-    /// on. To the bit as AffineMap; null in instruction sets with too few doubles per register.
+    /// Transforms the rays of `count` entrances, a multiple of `together`, by a map. Each starts at its point t = start.
+    /// To the bit as AffineMap; null in instruction sets with too few doubles per register.
     static constexpr std::size_t together = 8;
     void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                          Ray* mapped);

@@ -158,8 +158,8 @@ private:
     Entry* top_;
 };
 
-/// Calls intersect(packet), which may reduce hit.t, for the packets along the ray, near ones first, while a nearer hit
-/// is possible.
+/// Calls intersect(packet) for the packets along the ray, near ones first, while a nearer hit is possible. It may reduce
+/// hit.t.
 template <class Intersect>
 inline void traverse(const BvhNode* nodes, const RayThroughBoxes& ray, Hit& hit, Intersect&& intersect) {
     Traversal way;

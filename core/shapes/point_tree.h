@@ -23,7 +23,7 @@ public:
     /// rounded one after the other is monotonic in each coordinate, so that a box corner bounds its contents.
     [[nodiscard]] Bounds bounds(const AffineMap& map) const;
 
-    /// The maximum of value(p) over the points transformed by a map; value is nondecreasing in the distance from
+    /// The maximum of value(p) over the points transformed by a map. The function is nondecreasing in the distance from
     /// `center`, up to rounding.
     template <class Value>
     [[nodiscard]] double farthest(const AffineMap& map, const double center[3], Value value) const;

@@ -1,4 +1,4 @@
-/// The canonical order of instances, by SHA-256 of their contents: pictures do not depend on the order given by users,
+/// The canonical order of instances, by SHA-256 of their contents. Pictures do not depend on the order given by users,
 /// even where surfaces coincide.
 #pragma once
 

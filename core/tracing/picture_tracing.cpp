@@ -18,9 +18,9 @@ std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t se
     return nullptr;
 }
 
-/// Share of the pixels, in percent, above which tracing all of them in tiles is faster than tracing them in rounds. At
-/// 640x480, rounds of 60 % take .9 to 1.3 of the time of all pixels in tiles, and 95 % take 1.25 to 1.5. All in tiles,
-/// plus the decisions, take 1 to 1.3. Below this share, formulas are faster in rounds.
+/// Above this percentage of the pixels, tracing all of them in tiles is faster than rounds. At 640x480, rounds of 60 %
+/// take .9 to 1.3 of the time of all pixels in tiles, and 95 % take 1.25 to 1.5. All in tiles, plus the decisions, take
+/// 1 to 1.3. Below this share, formulas are faster in rounds.
 constexpr std::size_t dear_share = 60;
 
 }  // namespace

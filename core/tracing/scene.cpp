@@ -14,10 +14,10 @@
 namespace bob {
 namespace {
 
-// More than rounding can move a hit past the face of its instance's box: origins and boxes are about 1 in size.
+// More than rounding can move a hit past the face of its instance's box. Origins and boxes are about 1 in size.
 constexpr float box_margin = 1e-5f;
 
-// A round has enough rays to make this number of entrances, or slightly more: memory stays bounded where thousands of
+// A round has enough rays to make this number of entrances, or slightly more. Memory stays bounded where thousands of
 // boxes overlap. Four times the number is no faster.
 constexpr std::size_t entrances_at_once = 1 << 16;
 

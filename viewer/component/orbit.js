@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Camera control by gestures and keys: one finger or the mouse orbits, two fingers or the other button pan; wheel and
+ * Camera control by gestures and keys. One finger or the mouse orbits, two fingers or the other button pan; wheel and
  * pinch zoom about the place under them. Arrows, + and - do the same. P toggles perspective.
  */
 import { HOME, PERSPECTIVE, panned, valid, zoomed } from "../picture/camera.js";

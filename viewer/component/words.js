@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Cameras in the notation of <model-viewer>: "30deg 75deg 105%" is an angle about the vertical, 0 for the front of a
- * glTF; the angle from straight above; and a distance, 100 % for a view of everything.
+ * Cameras in the notation of <model-viewer>, such as "30deg 75deg 105%". The first angle is about the vertical, 0 for
+ * the front of a glTF; the second is from straight above; the distance is 100 % for a view of everything.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  */

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Locations of workers, WebAssembly and weights: files next to this one, on this server or another, or embedded in a
- * page of a single file.
+ * Locations of workers, WebAssembly and weights. They are files next to this one, on this server or another, or
+ * embedded in a page of a single file.
  */
 import { BROUGHT } from "./brought.js";
 

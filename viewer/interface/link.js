@@ -8,7 +8,7 @@ import { FIELDS, valid } from "../picture/camera.js";
  *   gallery: the file of a built-in scene; script: the text of any other scene
  */
 
-/** Maximum bytes of a script, as in the core: a link of 1 MB may unpack to a thousand times its size. */
+/** Maximum bytes of a script, as in the core. A link of 1 MB may unpack to a thousand times its size. */
 const MOST_BYTES = 1 << 20;
 
 /** @param {Uint8Array<ArrayBuffer>} bytes @param {CompressionStream | DecompressionStream} stream */

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The camera: its parameters, and the only place of the page that computes its projection, orthographic or, with a fov,
- * perspective.
+ * The camera: its parameters and projection, which no other place of the page computes. It is orthographic or, with a
+ * fov, perspective.
  *
  * @typedef {{azimuth: number, elevation: number, roll: number, zoom: number, panX: number, panY: number, fov: number}} Camera
  *   as bobrossnet.Camera, in degrees; panX and panY translate it to the right and up, in radii of the scene

@@ -16,7 +16,7 @@ export const GBUFFER = ["mask", "gray", "depth", "normal"];
 export const COLORED = [...GBUFFER, "color"];
 
 /**
- * The layout of samples, with 1 for a hit as the mask, and of a tracer's planes: the displayed channels, then the
+ * The layout of samples, with 1 for a hit as the mask, and of a tracer's planes. First the displayed channels, then the
  * inputs for shading a reprojected picture.
  *
  * @param {Layout} shown GBUFFER or COLORED

@@ -47,7 +47,7 @@ function tint(color, size, i, coverage = 1) {
   return pack(encode(color[i] / coverage), encode(color[size + i] / coverage), encode(color[2 * size + i] / coverage));
 }
 
-// Loops over whole pictures, one per kind of arrays: calling a chosen function in the loop takes three times as long.
+// Loops over whole pictures, one per kind of arrays. Calling a chosen function in the loop takes three times as long.
 
 /** @param {Float32Array} grays @param {Uint32Array} pixels */
 function shadeAll(grays, pixels) {

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The canonical order of a scene's instances, required by the core: by SHA-256 of their contents, as in Python, so that
- * pictures do not depend on the order in a file. Scripts and .vm formulas are hashed as texts.
+ * The canonical order of a scene's instances, required by the core. Sorts by SHA-256 of their contents, as in Python,
+ * so that pictures do not depend on the order in a file. Scripts and .vm formulas are hashed as texts.
  */
 
 import { sha256 } from "../core/sha256.js";

@@ -27,7 +27,7 @@ export class Helpers {
   }
 
   /**
-   * Whether they save time in a view: not with the filling, nor with reprojected samples, where copying samples and
+   * Whether they save time in a view. They do not with the filling, nor with reprojected samples: copying samples and
    * planes costs the gain.
    *
    * @param {Samples} part the view's first

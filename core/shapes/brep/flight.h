@@ -200,8 +200,8 @@ private:
     RayThroughBoxes boxes_{Ray{}};
     // In the current leaf: the next packet, and the end.
     std::uint32_t packet_ = 0, end_ = 0;
-    // In the last packet: the boxes entered and their t, the ray's origin and direction relative to the boxes, and the
-    // current lane.
+    // In the last packet: the boxes entered and their t, and the current lane. Also the ray's origin and direction
+    // relative to the boxes.
     unsigned entered_ = 0;
     int lane_ = 0;
     // In the current piece: its open parts, and whether the ray may intersect it more than once. After this number of

@@ -84,7 +84,7 @@ struct Look {
         const V slack = broadcast<V>(rounding);
         passes = (least[0] > slack) | (most[0] < -slack) | (least[1] > slack) | (most[1] < -slack);
 
-        // The projection along the ray has a determinant of one sign for all derivatives in their boxes: then the ray
+        // The projection along the ray has a determinant of one sign for all derivatives in their boxes. Then the ray
         // intersects the part at most once (pieces_build.cpp explains why).
         V least_plus, most_plus, least_minus, most_minus;
         products(least_by[0][0], most_by[0][0], least_by[1][1], most_by[1][1], least_plus, most_plus);

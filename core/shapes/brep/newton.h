@@ -8,8 +8,8 @@
 
 namespace bob::BOB_ISA {
 
-// Hits are accepted outside their piece up to rounding errors of points plus this share of the piece's size, so that no
-// ray passes between adjacent pieces.
+// Hits are accepted outside their piece up to rounding errors plus this share of its size. So no ray passes between
+// adjacent pieces.
 constexpr float overlap = 1e-5f;
 
 // In units: a hit lies within `aside` of its ray, and at most `beyond` past the edge of its piece. Where a ray runs
@@ -57,8 +57,8 @@ struct Solution {
     double t;
 };
 
-/// Newton's method on the two planes through a ray, for a ray and a part of a patch in each of N lanes. The patches
-/// have the same degrees.
+/// Newton's method on the two planes through a ray. Each of N lanes has a ray and a part of a patch. The patches have
+/// the same degrees.
 ///
 /// Finds one hit, or that the root lies outside the part. If the part may have several roots, neither result excludes
 /// another. The result of a lane does not depend on the others.

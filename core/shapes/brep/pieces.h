@@ -95,7 +95,7 @@ struct FacePatches {
 [[nodiscard]] Pieces build_pieces(std::span<const FacePatches> faces, double tolerance);
 
 struct PieceKernels {
-    /// The nearest intersection with t > 0 of each ray; the primitive is the patch, u and v are its parameters, 0..1.
+    /// The nearest intersection with t > 0 of each ray. The primitive is the patch, u and v are its parameters, 0..1.
     void (*closest_hits)(const Pieces& pieces, std::span<const Ray> rays, Hit* hits);
 
     /// The unit normals at hits, facing the rays' origins.

@@ -14,9 +14,9 @@ namespace {
 // Cost of visiting a node, in tests of a packet.
 constexpr float node_cost = 0.25f;
 
-// Maximum distance of a piece's control points from the bilinear patch of its corners, in half sizes of the piece, and
-// maximum tangent of the deviation of its normals. With 0.3 the teapot's rays take a tenth longer, as more need tests;
-// with 0.2 a twentieth less, but memory and build time grow by a third.
+// Maximum distance of a piece's control points from the bilinear patch of its corners, in half sizes of the piece. Then
+// the maximum tangent of the deviation of its normals. With 0.3 the teapot's rays take a tenth longer, as more need
+// tests; with 0.2 a twentieth less, but memory and build time grow by a third.
 constexpr double max_curve = 0.5, max_lean = 0.25;
 
 // Rays closer to tangent than this sine are not left to Newton's method, for any piece.
@@ -105,7 +105,8 @@ private:
     }
 };
 
-/// A bilinear fit of a part, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and its deviation.
+/// A bilinear fit of a part and its deviation. The fit is center + x along_u + y along_v + x y twist, with x and y from
+/// -1 to 1.
 struct Fit {
     Vec3d center, along_u, along_v, twist;
     Vec3d normal{};         // unit length, or 0 if the area is negligible
@@ -181,8 +182,8 @@ private:
         bend[0] = p * p * bend[0] + u * twisted, bend[1] = q * q * bend[1] + v * twisted;
     }
 
-    /// Bounds the deviation of du x dv from the normal, for any du and dv in the cones of the control points'
-    /// differences.
+    /// Bounds the deviation of du x dv from the normal. The vectors du and dv are any in the cones of the control
+    /// points' differences.
     ///
     /// If the determinant with a direction d has one sign for all of these, no line along d intersects the piece twice.
     /// The difference of two points of the piece is (mean of dS/du) a + (mean of dS/dv) b, and both means are in the

@@ -152,7 +152,7 @@ private:
     [[nodiscard]] std::size_t step(int along) const { return along == 0 ? columns_ : 1; }
     [[nodiscard]] std::size_t count(int along) const { return along == 0 ? rows_ : columns_; }
 
-    /// Subdivides a net at t by de Casteljau's algorithm; the lower or upper part goes to another slot, or to the same.
+    /// Subdivides a net at t by de Casteljau's algorithm. The lower or upper part goes to another slot, or to the same.
     void cut(std::size_t slot, std::size_t to, int along, float t, bool upper) {
         const std::size_t count = this->count(along), step = this->step(along);
         const Float4 t4 = broadcast<Float4>(t);
@@ -245,7 +245,7 @@ private:
         return d;
     }
 
-    /// Whether the projection along the ray has a determinant of one sign for all derivatives in their boxes: then the
+    /// Whether the projection along the ray has a determinant of one sign for all derivatives in their boxes. Then the
     /// ray intersects the part at most once (pieces_build.cpp explains why).
     static bool never_folds(const Differences& u, const Differences& v) {
         const Float4 a{u.low[0], u.high[0], u.low[0], u.high[0]}, b{v.low[1], v.low[1], v.high[1], v.high[1]};
@@ -256,7 +256,8 @@ private:
         return least(plus) > most(minus) || most(plus) < least(minus);
     }
 
-    /// Whether all control points are on one side of a line through the ray, seen along it, in the direction of u or v.
+    /// Whether all control points are on one side of a line through the ray. Seen along the ray, the line has the
+    /// direction of u or v.
     [[nodiscard]] bool passes_by(const Net& net, const Differences& in_u, const Differences& in_v) const {
         const Float4 u = in_u.low + in_u.high, v = in_v.low + in_v.high;
         constexpr float infinity = std::numeric_limits<float>::infinity();

@@ -17,8 +17,7 @@
 
 namespace bob {
 
-/// A hit's primitive is the triangle; its u and v are the barycentric weights of the triangle's first and second
-/// corner.
+/// A hit's primitive is the triangle. Its u and v are the barycentric weights of the triangle's first and second corner.
 class Mesh : public Shape {
 public:
     using Point = std::array<double, 3>;
@@ -44,7 +43,7 @@ public:
         float alpha_cutoff = 0;              // there is no surface where the texture's alpha times the vertices' is below it
     };
 
-    /// Normalised in double precision to the unit sphere, from `sphere` or, if omitted, the sphere around the used
+    /// Normalised in double precision to the unit sphere, from `sphere`. If omitted, that is the sphere around the used
     /// vertices, about the centre of their box.
     explicit Mesh(Arrays arrays, const std::optional<Sphere>& sphere = std::nullopt);
 

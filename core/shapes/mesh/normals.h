@@ -23,7 +23,7 @@ constexpr float crease_angle_degrees = 40;
 /// The normals of all triangles, for the functions below.
 [[nodiscard]] std::vector<Vec3> face_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
-/// Smooth normals with creases: a corner's normal is the mean, weighted by angle, of the faces at its position within
+/// Smooth normals with creases. A corner's normal is the mean, weighted by angle, of the faces at its position within
 /// the crease angle of its own face. Vertices at the same position are merged, so that meshes without shared vertices
 /// (STL) are smooth too.
 [[nodiscard]] std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices,

@@ -56,8 +56,9 @@ public:
     explicit Texture(std::shared_ptr<const Picture> picture, Wrap across = Wrap::repeat, Wrap down = Wrap::repeat)
         : picture_(std::move(picture)), across_(across), down_(down) {}
 
-    /// Linear RGB, 0..1, at u, 0 at the left edge to 1 at the right, and v, 0 at the top to 1 at the bottom. Trilinear:
-    /// bilinear in the two levels with texel sizes next to `width`, in texels of level 0, and linear between them.
+    /// Linear RGB, 0..1, at texture coordinates u and v. They are 0 at the left and top edges, and 1 at the right and
+    /// bottom. Trilinear: bilinear in the two levels with texel sizes next to `width`, in texels of level 0, and linear
+    /// between them.
     [[nodiscard]] Vec3 operator()(float u, float v, float width) const;
 
     /// The same in two steps, for several places: `look_up` prefetches the texels, which are rarely in the cache.

@@ -51,7 +51,7 @@ struct Crossing {
 /// comparison that makes a hit.
 template <class Counts>
 inline void intersect(const TrianglePacket& packet, const RayToTriangles& ray, Hit& hit, Counts&& counts) {
-    // Edge functions err by 2^-23 of their products; hits err by at most 2^-23 times this limit, relative to the
+    // Edge functions err by 2^-23 of their products. Hits err by at most 2^-23 times this limit, relative to the
     // triangle's size.
     constexpr float max_cancellation = 32;
     for (int i = 0; i < 8; i += width) {

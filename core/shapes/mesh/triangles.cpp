@@ -9,8 +9,8 @@
 namespace bob {
 namespace {
 
-// Measured on bunny, armadillo, satellite and conference room: 0.8 makes the last two 2 % faster and the first two 7 %
-// and 16 % slower; 2.5 makes all of them 1 to 3 % slower.
+// Measured on bunny, armadillo, satellite and conference room. The value 0.8 makes the last two 2 % faster and the
+// first two 7 % and 16 % slower; 2.5 makes all of them 1 to 3 % slower.
 constexpr float node_cost = 1.5f;
 
 Box box_of(const TrianglePacket& packet) {

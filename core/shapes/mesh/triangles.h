@@ -43,8 +43,8 @@ constexpr bool fetches_ahead = false;
 constexpr bool fetches_ahead = true;
 #endif
 
-/// Whether few rays of a call find packets in the cache: their entry points into the unit sphere are far apart, and the
-/// tree is larger than the caches.
+/// Whether few rays of a call find packets in the cache. Then their entry points into the unit sphere are far apart, and
+/// the tree is larger than the caches.
 [[nodiscard]] bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays);
 
 /// Holes in triangles, transparent to rays.
@@ -60,9 +60,9 @@ protected:
 };
 
 struct TriangleKernels {
-    /// The nearest intersection with t > 0 of each ray; u and v are the barycentric weights of the triangle's first and
-    /// second corner. `apart`, from `lie_apart`, affects speed only: it hides memory latency for scattered rays and
-    /// slows others.
+    /// The nearest intersection with t > 0 of each ray. The values u and v are the barycentric weights of the triangle's
+    /// first and second corner. `apart`, from `lie_apart`, affects speed only: it hides memory latency for scattered
+    /// rays and slows others.
     ///
     /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a few
     /// sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.

@@ -20,7 +20,7 @@ constexpr double tolerance = 3e-8;
 // Maximum excess length of a piece's control polygon over its chord, relative to the chord.
 constexpr double bend = 0.02;
 
-// Only weights that differ by many powers of ten need this number of cuts; beyond it, a part is a line segment between
+// Only weights that differ by many powers of ten need this number of cuts. Beyond it, a part is a line segment between
 // its ends.
 constexpr int max_depth = 20;
 
@@ -50,7 +50,7 @@ Ball mix(const Ball& a, const Ball& b, double t) {
 
 using Cubic = std::array<Ball, 4>;  // control points
 
-/// The cubic with the end points and end derivatives of a rational Bezier curve: the curve itself, if it is a
+/// The cubic with the end points and end derivatives of a rational Bezier curve. It is the curve itself if that is a
 /// polynomial of degree 3 or less.
 Cubic hermite(const BezierCurve<4>& curve) {
     const auto& p = curve.control_points;

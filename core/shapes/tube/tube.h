@@ -12,11 +12,11 @@
 
 namespace bob {
 
-/// A hit's primitive is the piece of the curve; its u is the parameter 0..1 of the ball on that piece.
+/// A hit's primitive is the piece of the curve. Its u is the parameter 0..1 of the ball on that piece.
 class Tube : public Shape {
 public:
-    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, after normalisation from `sphere`;
-    /// r and the weights are above 0. The ends are round.
+    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, after normalisation from `sphere`.
+    /// The radius r and the weights are above 0. The ends are round.
     explicit Tube(const NurbsCurve<4>& curve, const Sphere& sphere = {});
     Tube(Tube&&) = default;
 

@@ -16,11 +16,12 @@ const MASK = placeOf(INPUTS, "mask"), GRAY = placeOf(INPUTS, "gray");
 
 // Channels of a level's inputs: gray and the features of traced pixels. Channels from the coarser level follow.
 const KNOWN = 8;
-// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise: the 2x2 pixels of each block.
+// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise. Phases are the 2x2 pixels of
+// each block.
 const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
 // Of a level's sums: the number of traced pixels in a block, their gray, depth, normal x and normal y, and their
-// offsets to the right of and below the block's centre.
+// offsets from the block's centre, right and down.
 const SUMS = ["count", "gray", "depth", "normal_x", "normal_y", "right", "down"];
 const PLACES = SUMS.map((name, i) => `const ${name} = ${i};\n`).join("");
 
