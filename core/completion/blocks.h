@@ -1,5 +1,6 @@
-/// Blocks of 2x2 pixels in vectors, for networks that halve and double pictures. "Phases" are four vectors or channels
-/// with the pixels of each block, row by row.
+/// Blocks of 2x2 pixels in vectors, for networks that halve and double pictures.
+///
+/// "Phases" are four vectors or channels with the pixels of each block, row by row.
 #pragma once
 
 #include <algorithm>

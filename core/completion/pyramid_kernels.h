@@ -9,8 +9,8 @@
 
 namespace bob {
 
-/// Sums of a level: the number of traced pixels in a block, their gray, depth, normal x and normal y, and their offsets
-/// from the block's centre, right and down. Then 0 if all are background, else 1.
+/// Sums of a level over the traced pixels of a block. Their number, gray, depth, normal x and normal y, and their
+/// offsets from the block's centre, right and down. Then 0 if all are background, else 1.
 namespace sums {
 enum : int { count, gray, depth, normal_x, normal_y, right, down, shown, channels };
 }

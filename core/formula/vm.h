@@ -28,6 +28,7 @@ struct VmError : std::invalid_argument {
 ///     not a       1 where a is 0, else 0
 ///     and a b     a where a is 0, else b
 ///     or a b      a where a is not 0, else b
+///
 /// Everything propagates NaN, which fidget's `and`, `or` and `not` do not. Throws VmError.
 [[nodiscard]] Expression parse_vm(std::string_view text);
 

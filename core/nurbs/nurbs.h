@@ -1,5 +1,5 @@
-/// NURBS curves and surfaces in double precision, with the names, symbols and algorithm numbers of Piegl and Tiller,
-/// *The NURBS Book* (second edition, 1997).
+/// NURBS curves and surfaces in double precision. Names, symbols and algorithm numbers are from Piegl and Tiller, *The
+/// NURBS Book* (second edition, 1997).
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 // @ts-check
 /**
- * A worker that reads one file and passes its scene to the tracers, so that a large scene never passes through the
- * page.
+ * A worker that reads one file and passes its scene to the tracers. A large scene never passes through the page.
  *
  * The first tracer gets it first; once that can show it, the others do. Then the worker ends, which frees the memory of
  * the reader.

@@ -13,9 +13,9 @@ class Beam {
 public:
     static constexpr std::size_t most_rays = 16;  // 8 are up to 4 % slower, and 32 are no faster
 
-    /// Starts with a beam of rays and finds up to eight subtrees that any of them may intersect, near ones first. These
-    /// are the entry points of "Multi-Level Ray Tracing Algorithm", Reshetov et al., 2005. False if rays are too few or
-    /// too different: each then traverses the whole tree on its own.
+    /// Starts with a beam of rays and finds up to eight subtrees that it may intersect, near ones first. These are the
+    /// entry points of "Multi-Level Ray Tracing Algorithm", Reshetov et al., 2005. False if rays are too few or too
+    /// different: each then traverses the whole tree on its own.
     bool begin(const BvhNode* nodes, std::span<const Ray> rays) {
         if (rays.size() < worth_it || !enclose(rays)) return false;
         int open = 0, count = 0;  // found_[open] on: may be nodes to open

@@ -7,9 +7,11 @@
 ///
 /// In units of length along the ray, the ray is inside the ball at s from a(s) - sqrt(q(s)) to a(s) + sqrt(q(s)). Here
 /// a is the centre's coordinate along the ray, and q = r^2 - x^2 - y^2, from the radius and the centre's coordinates
-/// across the ray. Where q >= 0 on an interval of s, these segments move continuously, so that their union is one
-/// segment, from the minimum of a - sqrt(q) to the maximum of a + sqrt(q): a *span*. The union of all balls is the
-/// union of the spans of all pieces, for any radius and curvature, from outside and from inside.
+/// across the ray.
+///
+/// Where q >= 0 on an interval of s, these segments move continuously, so that their union is one segment, from the
+/// minimum of a - sqrt(q) to the maximum of a + sqrt(q): a *span*. The union of all balls is the union of the spans of
+/// all pieces, for any radius and curvature, from outside and from inside.
 ///
 /// So there are two problems. One is where q >= 0, a polynomial of degree 6. The other is the minimum of f = a -
 /// sqrt(q) there (for the other end, the minimum of f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q)

@@ -20,8 +20,8 @@ const KNOWN = 8;
 // each block.
 const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
-// Of a level's sums: the number of traced pixels in a block, their gray, depth, normal x and normal y, and their
-// offsets from the block's centre, right and down.
+// Of a level's sums over the traced pixels of a block: number, gray, depth, normal x and normal y, and offsets from the
+// block's centre, right and down.
 const SUMS = ["count", "gray", "depth", "normal_x", "normal_y", "right", "down"];
 const PLACES = SUMS.map((name, i) => `const ${name} = ${i};\n`).join("");
 
