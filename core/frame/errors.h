@@ -1,4 +1,4 @@
-/// 1 - SSIM by the share of traced pixels, measured by `bench/frame_errors.py --write`.
+/// 1 - SSIM by the share of the pixels that are traced, as `bench/frame_errors.py --write` measured it.
 #pragma once
 
 #include <iterator>
