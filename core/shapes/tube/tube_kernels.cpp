@@ -283,7 +283,7 @@ private:
         converge(best, 0.5 * (low + high), low, high, sign, false);
     }
 
-    /// The minimum of f if a were linear and q quadratic, as on straight pieces.
+    /// The place of the minimum of f if a were linear and q quadratic, as on straight pieces.
     [[nodiscard]] double only_minimum_of_parabola() const {
         const auto& [a, q] = whole_;
         const double middle = (q[0] + q[6] + 6 * (q[1] + q[5]) + 15 * (q[2] + q[4]) + 20 * q[3]) / 64;
