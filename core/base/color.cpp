@@ -8,7 +8,7 @@
 namespace bob {
 namespace {
 
-/// -1 of what is no hexadecimal digit.
+/// -1 for any other character.
 int digit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'a' && c <= 'f') return c - 'a' + 10;
