@@ -1,5 +1,5 @@
-"""What limits the report's network: it is trained by other recipes, on other data, and with the other decoder that has
-as many parameters. A section of docs/report.md, written there by docs/report.py; by itself this prints it.
+"""Limits of the report's network: trained by other recipes, on other data, and with the other decoder of equal size.
+A section of docs/report.md, written there by docs/report.py; by itself this prints it.
 
     python docs/limits.py [--shapes FOLDER] [--work DIR]
 """
@@ -37,12 +37,15 @@ MESHES = (
     "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "
     "vehicles"
 )
-"""Folders of real meshes, which the report's shapes were as well."""
+"""Folders of real meshes, like the report's shapes."""
 
 
 class EarlySkip(Paper):
-    """The report's network by the other reading of its counts: decoding layers upsample first, and the skip joins
-    before layer 4, which then has 40 channels in, and layer 5 has 5. PyTorch alone has it."""
+    """The report's network by the other reading of its parameter counts. Only PyTorch has it.
+
+    Decoding layers upsample first, and the skip joins before layer 4, which then has 40 input channels, and layer 5
+    has 5.
+    """
 
     def __init__(self, groups: int = 4) -> None:
         super().__init__(groups)
@@ -116,15 +119,15 @@ def main() -> None:
 def section(
     work: Work, own: Dataset, paper: Path, shapes: Path, *, epochs: int | None = None, limit: int | None = 31
 ) -> list[str]:
-    """Train what is missing of the recipes, measure all of them on test samples of both kinds, and tell.
+    """Train the missing recipes, evaluate all of them on test samples of both kinds, and return the section.
 
     Parameters
     ----------
-    own : the data set of shapes that the package makes
+    own : the data set of procedural shapes
     paper : weights of the report's recipe
     shapes : folder with folders of real meshes
-    epochs : at most, of each recipe
-    limit : how many real shapes are tested with
+    epochs : maximum number for each recipe
+    limit : number of real shapes for the test
     """
     files = [place for name in MESHES.split() if (place := shapes / name).is_dir()]
     with work.timed("data set of real meshes"):
@@ -162,7 +165,7 @@ def section(
 
 
 def decoders(work: Work, own: Dataset, epochs: int) -> str:
-    """Train the other decoder by the report's recipe for some epochs, and tell how both stand in validation then."""
+    """Train the other decoder by the report's recipe for some epochs, and compare both networks' validation."""
     run = work.folder / EARLY_SKIP
     with work.timed(f"training of {EARLY_SKIP}"):
         train(TrainConfig(network=EARLY_SKIP, epochs=epochs), own, run)
@@ -179,21 +182,21 @@ def decoders(work: Work, own: Dataset, epochs: int) -> str:
 
 
 def scores_after(epochs: int, run: Path) -> list[str]:
-    """The SSIM in validation at each stage, of a training that went on for so many epochs or more."""
+    """Return the validation SSIM at each stage, of a training of at least `epochs` epochs."""
     with (run / LOG).open(encoding="utf-8") as file:
         row = list(csv.DictReader(file))[epochs - 1]
     return [f"{float(row[name]):.4f}" for name in SSIM_COLUMNS]
 
 
 def verdict(result: Evaluation, paper: Path) -> str:
-    """How far the report's recipe is from the report on real meshes."""
+    """Describe the gap between the report's recipe and the report on real meshes."""
     pairs = zip(STAGES, result.mean(raw(paper.stem)), reference.SSIM.values(), strict=True)
     each = ", ".join(f"{ours:.4f} ({ours - theirs:+.4f}) at {100 * stage:g} %" for stage, ours, theirs in pairs)
     return f"On {len(set(result.shapes))} real meshes the raw output of the report's recipe, beside the report: {each}."
 
 
 def told(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
-    """A table of SSIM: what networks make of all pixels, and then with traced pixels kept, beside fillings."""
+    """Return a table of SSIM: networks' raw output and with traced pixels kept, and fillings."""
     names = [path.stem for path in weights]
     rows = [["the report, on its own shapes", *(f"{value:.4f}" for value in reference.SSIM.values())]]
     methods = (*map(raw, names), *map(kept, names), *FILLINGS)
