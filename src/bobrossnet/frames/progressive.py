@@ -77,7 +77,7 @@ def progressive(
         faster.
     model : str or path
         As in `complete`; or "auto", for each frame the default or the filling, whichever has less error in its time.
-        Direct and indirect light is completed along the guides of the first hits instead.
+        Under another light than the headlight, pictures are completed along first hits instead.
     light, ground
         As in `render`. Each traced pixel takes 16 light paths; with `until`, pixels are traced again.
 

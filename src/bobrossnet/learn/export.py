@@ -25,7 +25,7 @@ def onnx(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
         torch.onnx.export(
             network.eval(),
             (torch.zeros(1, network.width(), 61, 47),),
-            content,  # the exporter accepts any file object
+            content,  # type: ignore[arg-type]  # the exporter accepts any file object
             dynamo=False,
             input_names=["gbuffer"],
             output_names=["gray"],

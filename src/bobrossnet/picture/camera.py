@@ -34,8 +34,9 @@ class Camera:
     InputError
         If a value is not a finite number; if azimuth or roll exceed `MAX_ANGLE`, the elevation passes the poles, the
         zoom is not positive, the fov is neither 0 nor within `MIN_FOV` and `MAX_FOV`, or the pan exceeds a million; if
-        a position lacks a fov or has an orbit, target or up lack a position, target and position coincide, or up is
-        parallel to the line of sight. Without a target, the last two are checked once a scene is given.
+        a position comes without a fov or with angles of an orbit, or target or up without a position; or if target and
+        position coincide, or up is parallel to the line of sight. Without a target, the last two are checked once a
+        scene is given.
 
     Examples
     --------

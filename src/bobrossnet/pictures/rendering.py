@@ -75,7 +75,7 @@ def render(
     fraction : float in (0, 1]
         Share of the pixels to trace; the others are completed.
     model : str, path or Network
-        As in `complete`. Direct and indirect light is completed along first hits instead.
+        As in `complete`. Under another light than the headlight, the picture is completed along first hits instead.
     light : "headlight", "studio", Light, Sky, several of them, or path of an environment, optional
         By default the scene's light, otherwise the headlight, which casts no shadows. "studio" is a soft key light
         from the camera's upper left under a gentle sky. Each pixel then takes four light paths for each of `samples`,

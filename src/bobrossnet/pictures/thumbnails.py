@@ -93,8 +93,8 @@ def thumbnails(
     ----------
     source : folder, or a file
     out : folder
-        Folder of the pictures; the subfolders are the same, and each picture is the whole file name plus .png. Created
-        if it does not exist.
+        Folder of the pictures, with the same subfolders; .png is appended to each file's whole name. Created if it does
+        not exist.
     size, samples, background, light, ground
         As in `render`.
     camera : Camera, optional

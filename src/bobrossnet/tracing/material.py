@@ -24,8 +24,8 @@ class Material:
     shininess : float in 0..10000
         Blinn-Phong: exponent of the highlight.
     metallic, roughness : float in 0..1, optional
-        Either of them selects glTF's model; the other defaults to 0 and 0.5. Metals reflect in their colour,
-        dielectrics in white; rougher surfaces have wider highlights.
+        Either of them selects glTF's model; the other defaults to 0, or 0.5 for roughness. Metals reflect in
+        their colour, dielectrics in white; rougher surfaces have wider highlights.
     emissive : like color
         Emitted light, added to the reflected light.
 

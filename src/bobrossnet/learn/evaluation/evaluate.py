@@ -242,7 +242,7 @@ def _scored(
 ) -> Iterator[tuple[_Picture, NDArray[np.float64]]]:
     """Yield each picture with its scores, (M, O, F, 3), in order.
 
-    One picture is scored on each thread: most of the time is spent in numpy, scipy and the core, which release the GIL.
+    Parts are scored on all threads: numpy, scipy and the core take most of the time, and release the GIL.
     """
     shape = (len(orders), len(fractions), len(methods), len(METRICS))
     threads = bob.thread_count()

@@ -89,7 +89,7 @@ class KnownError:
         return cls(tuple(by_shape), limits, arrays)
 
     def beside(self, other: KnownError) -> KnownError:
-        """Append another result's orders for the same pictures. InputError if its pictures differ."""
+        """Return these orders, followed by another result's. InputError if the pictures differ."""
         if (self.shapes, self.limits) != (other.shapes, other.limits):
             raise InputError("other: expected known errors of the same pictures at the same limits, got others")
         return KnownError(self.shapes, self.limits, {**self.stops, **other.stops})

@@ -206,7 +206,7 @@ class Evaluation:
         return cls(pictures, shapes, fractions, arrays)
 
     def beside(self, other: Evaluation) -> Evaluation:
-        """Append another evaluation's runs on the same pictures.
+        """Return these runs, followed by another evaluation's on the same pictures.
 
         Raises
         ------

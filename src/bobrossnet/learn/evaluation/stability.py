@@ -175,7 +175,7 @@ class Stability:
             raise InputError(f"text: expected the numbers of a stability, got {error!r}") from error
 
     def beside(self, other: Stability) -> Stability:
-        """Append another stability's runs on the same views.
+        """Return these runs, followed by another stability's on the same views.
 
         Raises
         ------
