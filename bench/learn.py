@@ -1,5 +1,7 @@
-"""Training on this machine: seconds to build the data set, milliseconds of a mini-batch from disk and of its training
-step, minutes of an epoch, and memory.
+"""Cost of training on this machine.
+
+Seconds to build the data set, milliseconds of a mini-batch from disk and of its training step, minutes of an epoch, and
+memory.
 
     python bench/learn.py [--shapes 24]
 

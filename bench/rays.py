@@ -31,10 +31,9 @@ def random_rays(count: int) -> tuple[F32, F32]:
 
 
 def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[NDArray[np.int64], F32, F32]:
-    """Return the pixels whose rays hit the unit sphere, row by row, (n,), and their origins and directions, (n, 3)
-    each.
+    """Return the pixels whose rays hit the unit sphere, row by row, (n,), and the rays.
 
-    The origins are just outside the sphere.
+    Origins, just outside the sphere, and directions are (n, 3) each.
     """
     pixels = np.indices(size, np.int32).reshape(2, -1).T
     return camera.core((0, 0, 0), 1).rays(*size, np.ascontiguousarray(pixels))

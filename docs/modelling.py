@@ -1,5 +1,6 @@
-"""Writes the files generated from the modelling language's table: docs/modelling.md, and the stubs of d2, d3 and ease
-for editors and type checkers.
+"""Writes the files generated from the modelling language's table.
+
+These are docs/modelling.md, and the stubs of d2, d3 and ease for editors and type checkers.
 
 python docs/modelling.py
 """

@@ -1,5 +1,7 @@
-"""The documentation site, by `make docs`: the repository's documents, the API reference from docstrings, the commands
-from their help texts, and the live page.
+"""The documentation site, built by `make docs`.
+
+It has the repository's documents, the API reference from docstrings, the commands from their help texts, and the live
+page.
 """
 
 from __future__ import annotations

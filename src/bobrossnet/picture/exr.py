@@ -38,7 +38,7 @@ BEYOND = 1e9
 """Larger depths are background: Blender writes 1e10 there."""
 
 UNIT = 0.02
-"""Tolerance of normals: a layer with X, Y and Z holds normals if their lengths are this near to 1 or 0.
+"""Tolerance of normals: a layer with X, Y and Z holds normals if their lengths are near 1 or 0.
 
 Other layers are positions or motion.
 """

@@ -83,8 +83,9 @@ class PixelSequence:
 
 
 def places_in_sequence(planes: NDArray[np.float32], layout: Layout, order: str, seed: int) -> NDArray[np.int32]:
-    """Return each pixel's place in the sequence of a whole picture, (H, W), from 0: places below n are the first n
-    pixels.
+    """Return each pixel's place in the sequence of a whole picture, (H, W), from 0.
+
+    Places below n are the first n pixels.
 
     Parameters
     ----------
@@ -115,10 +116,9 @@ def with_guesses(planes: NDArray[np.float32], pixels: NDArray[np.int32]) -> NDAr
 
 
 def _near(mask: NDArray[np.float32], row: NDArray[np.int32], column: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Return the index of a traced pixel in the smallest square of a quadtree around each place; 0 if there is no such
-    pixel.
+    """Return the index of a nearby traced pixel for each place, or 0 if no pixel is traced.
 
-    Traced pixels have a nonzero mask. The squares halve the picture repeatedly.
+    It lies in the smallest square of a quadtree that has a pixel with a nonzero mask.
     """
     known = np.where(mask != 0, np.arange(mask.size).reshape(mask.shape), -1)  # the last traced pixel of each square
     found = known[row, column]

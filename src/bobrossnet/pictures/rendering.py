@@ -154,7 +154,7 @@ def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], backgroun
 def _smooth_edges(
     scene: Scene, camera: Camera, color: NDArray[np.float32], alpha: NDArray[np.float32], side: int
 ) -> None:
-    """Replace pixels at edges by the mean of side x side rays; where 2 x 2 rays agree, by the mean of these.
+    """Replace pixels at edges by the mean of side x side rays. Where 2 x 2 rays agree, their mean suffices.
 
     The subpixels of a pixel are the pixels of a picture enlarged by the same factor.
     """

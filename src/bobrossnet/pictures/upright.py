@@ -76,7 +76,7 @@ def _points(scene: Scene) -> NDArray[np.float64]:
 
 
 def _base(points: NDArray[np.float64], up: int) -> float:
-    """Return the base's share of the box's floor, for points in the unit cube; less if the centre is not above it."""
+    """Return the base's share of the box's floor, for points in the unit cube; less for a centre off the base."""
     floor = [axis for axis in range(3) if axis != up]
     near = points[points[:, up] <= BASE][:, floor]
     low, high, centre = near.min(axis=0), near.max(axis=0), points.mean(axis=0)[floor]

@@ -96,7 +96,7 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
 
 
 class _Grid:
-    """Lines of u and of v, so dense that the surface between them is at most a step long and nearly flat."""
+    """Grid lines of u and v, so dense that the surface between them is at most a step long and nearly flat."""
 
     def __init__(self, face: Face, step: float, most: int) -> None:
         self.samples = [

@@ -236,7 +236,7 @@ class Circles:
     def _cap(
         self, center: Values, radius: float, tangent: Values, slope: float, side: int
     ) -> tuple[Values, Values, Values, Values]:
-        """From the pole to the first circle, or from the last one to the pole: slopes from 1 at the one's end."""
+        """Return the circles of a round end, between its pole and its circle; the slope is 1 at the pole."""
         first, pole = np.arcsin(slope), -side * np.pi / 2
         count = max(1, int(np.ceil(abs(pole - first) / self.turn)))
         angles = (first + (pole - first) * np.linspace(0, 1, count + 1))[1:]

@@ -19,7 +19,7 @@ ANSWER_SECONDS = 10
 
 @contextmanager
 def connected(scheduler: str | None) -> Iterator[Any]:
-    """Provide a client of a Dask scheduler, or of one in this process, with a thread for each core, if None.
+    """Provide a client of a Dask scheduler. If it is None, start one in this process, with a thread for each core.
 
     Raises
     ------

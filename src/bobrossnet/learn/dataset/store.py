@@ -1,4 +1,4 @@
-"""A data set on disk: a Zarr 3 group with an array for each view size, each view one file written at once.
+"""A data set on disk: a Zarr 3 group with an array for each view size. Each view is one file, written at once.
 
     DIR/zarr.json                     attributes: format, seed, test_shapes, sources, channels, stages, colored
     DIR/views_128 | 256 | 512         (shapes, 4, size, size) float16: gray, depth, normal x, normal y
@@ -212,7 +212,7 @@ class Dataset:
 
 
 def part_of(view: NDArray[np.float32], mask: NDArray[Any]) -> GBuffer:
-    """Return a view or patch, (4, H, W), as a G-buffer traced at the pixels of `mask`, (H, W) of 0 and 1."""
+    """Return a view or patch, (4, H, W), as a G-buffer. The pixels of `mask`, (H, W) of 0 and 1, are traced."""
     planes = np.empty((1 + len(CHANNELS), *mask.shape), np.float32)
     planes[0] = mask
     np.multiply(view, mask, out=planes[1:])

@@ -14,7 +14,7 @@ from bobrossnet import _core
 
 
 class Network(nn.Module):
-    """A network from planes of its inputs, (N, C, H, W), to its outputs, (N, 1, H, W), for any H, W of at least 1."""
+    """A network from planes, (N, C, H, W), to pictures, (N, 1, H, W), for any H and W of at least 1."""
 
     inputs: ClassVar[str] = "mask,gray,depth,normal"
     """Comma-separated names of its input channels."""

@@ -33,7 +33,7 @@ ALONE = 0.7  # probability that a shape other than a mesh is not part of an asse
 
 
 def procedural_scene(seed: int) -> Scene:
-    """Return the shape of a seed, of any size and position: a single one, or an assembly of several of its kind.
+    """Return the shape of a seed, of any size and position. It is single, or an assembly of several of its kind.
 
     Parameters
     ----------

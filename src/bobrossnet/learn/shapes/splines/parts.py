@@ -146,7 +146,7 @@ def surface(
 
 
 def revolved(profile: Any, knots: Any, weights: Any = None, trims: Any = None) -> bob.Face:
-    """Return the surface of revolution about z (section 8.5) of a curve of (n, 2) radii and heights; v is the angle."""
+    """Return the surface of revolution about z (section 8.5) of a curve of (n, 2) radii and heights. v is the angle."""
     profile = np.asarray(profile, np.float64)
     around = profile[:, None, :1] * CIRCLE
     net = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
