@@ -1,9 +1,11 @@
-"""Learning on this machine: seconds to build the data set, milliseconds of a mini-batch from disk beside those of the
-training step that it feeds, minutes of an epoch, and memory.
+"""Cost of training on this machine.
+
+Seconds to build the data set, milliseconds of a mini-batch from disk and of its training step, minutes of an epoch, and
+memory.
 
     python bench/learn.py [--shapes 24]
 
-The data set and the epoch are reckoned from a part of them: so many of the 479 shapes, and so many steps.
+The data set and the epoch are extrapolated from some of the 479 shapes, and from some of the steps.
 """
 
 from __future__ import annotations

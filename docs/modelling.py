@@ -1,5 +1,6 @@
-"""Writes what is made from the modelling language's table: docs/modelling.md, and the stubs by which editors and type
-checkers know the words of d2, d3 and ease.
+"""Writes the files generated from the modelling language's table.
+
+These are docs/modelling.md, and the stubs of d2, d3 and ease for editors and type checkers.
 
 python docs/modelling.py
 """
@@ -120,7 +121,7 @@ def document() -> str:
 
 
 def _called(word: Word) -> str:
-    """As it is written: operations as methods, of what comes first."""
+    """Return the call as written: operations as methods of their first argument."""
     if word.kind == "shape":
         return word.describe()
     if word.kind == "easing":
@@ -239,7 +240,7 @@ def _typed(word: Word, parameter: Parameter) -> str:
 
 
 def files() -> dict[Path, str]:
-    """What is written where."""
+    """Return the generated texts by path."""
     package = ROOT / "src/bobrossnet/sdf"
     return {
         ROOT / "docs/modelling.md": document(),

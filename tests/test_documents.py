@@ -1,4 +1,4 @@
-"""What the documents say: their examples run, their links lead somewhere, their constants are the code's."""
+"""Documents: their examples run, their links resolve, their constants equal the code's."""
 
 import doctest
 import pkgutil
@@ -78,7 +78,7 @@ def test_examples_of_tracers_run(tmp_path, monkeypatch):
 
 
 def small(box):
-    """The scene with a picture of 16 x 16 pixels."""
+    """Return the scene with a picture of 16 x 16 pixels."""
 
     def scene():
         made = box()
@@ -121,7 +121,7 @@ def test_examples_of_meshes_run(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "hollow.stl").stat().st_size > 100_000
     with Image.open(tmp_path / "hollow.png") as picture:
         colors = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
-    yellow = (colors[:, 0] > colors[:, 2] + 60).mean()  # what is inside
+    yellow = (colors[:, 0] > colors[:, 2] + 60).mean()  # the inside
     assert 0.05 < yellow < 0.5
 
 
@@ -151,7 +151,7 @@ def test_docstring_examples_run(name):
 
 
 def anchors(document):
-    """Of a document's headings, as GitHub makes them."""
+    """Return a document's anchors, as GitHub derives them from its headings."""
     headings = re.findall(r"(?m)^#+ (.*)$", document.read_text())
     texts = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower() for heading in headings]
     return [re.sub(r"[^\w\- ]", "", text).replace(" ", "-") for text in texts]

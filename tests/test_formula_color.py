@@ -61,7 +61,7 @@ def mix(a, b, h):
 
 
 def places(p):
-    """A colour that tells where a point was."""
+    """A colour that encodes a point's position."""
     return np.stack([np.sin(p[:, 0]), np.cos(p[:, 1]), np.sin(p[:, -1] + 1)], axis=1) * 0.5 + 0.5
 
 
@@ -144,7 +144,7 @@ def test_unions_show_the_lower_value():
     agree(A | B, where(b < a, BLUE, RED))
     agree(A | box(1.5).translate((0.7, 0.4, 0.3)), where(b < a, WHITE, RED))
     agree(sphere(1) | B, where(b < a, BLUE, WHITE))
-    agree(A | A.color("#00f"), RED)  # the first where both are equal
+    agree(A | A.color("#00f"), RED)  # the first if both are equal
     assert (sphere(1) | box(1)).color_formula is None
 
 
@@ -165,7 +165,7 @@ def test_differences_have_the_color_of_the_tool_if_it_has_one():
 @pytest.mark.parametrize("k", [0.25, 1.5])
 def test_smooth_operations_blend_by_the_h_of_distances(k):
     a, b = values(A), values(B)
-    h = np.clip(0.5 + 0.5 * (b - a) / k, 0, 1)  # as fogleman/sdf has it
+    h = np.clip(0.5 + 0.5 * (b - a) / k, 0, 1)  # as in fogleman/sdf
     np.testing.assert_allclose(values(A | B.k(k)), b + (a - b) * h - k * h * (1 - h), atol=1e-12)
     agree(A | B.k(k), mix(BLUE, RED, h))
     agree(sphere(1).union(B, k=k), mix(BLUE, WHITE, h))
@@ -277,7 +277,7 @@ def test_distances_are_the_same_node_by_node(text):
     assert made.expression == _core.run_script(plain.encode()).expression
 
 
-# ---- Words of one's own ----------------------------------------------------------------------------------
+# ---- Custom words ----------------------------------------------------------------------------------------
 
 
 def test_custom_operations_carry_colors():
@@ -409,7 +409,7 @@ def test_everything_that_shows_colors_shows_them(shape):
     *_, frame = bob.progressive(A, size=SIZE)
     assert frame.gbuffer.color[30, 40, 0] > 2 * frame.gbuffer.color[30, 40, 1]
     view = bob.View(shape, size=SIZE)
-    for azimuth in (30, 32):  # what was seen is shaded anew
+    for azimuth in (30, 32):  # reprojected samples are shaded again
         seen = view.frame(bob.Camera(azimuth=azimuth), fraction=1)
     assert np.array_equal(seen.gbuffer.albedo, bob.trace(shape, bob.Camera(azimuth=32), size=SIZE).albedo)
 
@@ -442,7 +442,7 @@ def test_files_of_meshes_hold_the_colors(shape, ending, tmp_path):
     ours, theirs = mesh.colors[order[0]], again.colors[order[1]]
     if ending != "glb":
         ours, theirs = to_srgb(ours), to_srgb(theirs)
-    assert (np.abs(ours - theirs).max(axis=1) < 0.6 / 255).mean() > 0.99  # but for the order of close vertices
+    assert (np.abs(ours - theirs).max(axis=1) < 0.6 / 255).mean() > 0.99  # except for the order of close vertices
     mesh.save(tmp_path / "a.stl")
     shape.save(tmp_path / f"b.{ending}", step=0.1)
     assert (tmp_path / f"b.{ending}").read_bytes() == (tmp_path / f"a.{ending}").read_bytes()

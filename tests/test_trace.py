@@ -92,7 +92,7 @@ def test_conventions_of_the_gbuffer(tree):
 
 
 def test_normals_and_depth_of_a_cube_seen_from_its_axes():
-    # Seen along an axis, its face is at half its edge from the centre: 1/2 of a radius of sqrt(3)/2.
+    # Along an axis, its face is at half its edge from the centre: 1/2 of a radius of sqrt(3)/2.
     for camera in (
         bob.Camera(0, 0),
         bob.Camera(90, 0),
@@ -127,8 +127,11 @@ def test_zoom_and_the_shorter_side():
     ],
 )
 def test_agrees_with_embree(file):
-    """Hits and depths of rays from everywhere. Only rays within rounding of a silhouette may differ: at most 1 in
-    10,000. Depths are within 1e-5 radii: float32 in either tracer, more only where a face is nearly edge-on."""
+    """Hits and depths of rays from everywhere.
+
+    Only rays within rounding of a silhouette may differ: at most 1 in 10,000. Depths are within 1e-5 radii: float32 in
+    either tracer, and more only for faces nearly edge-on.
+    """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
@@ -171,7 +174,7 @@ def soup(seed, count):
     shift=st.floats(-1e3, 1e3),
 )
 def test_where_and_how_large_a_scene_is_does_not_matter(seed, count, scale, shift):
-    """A scene moved by a thousand radii and scaled by 10^12 looks the same, but for edges within rounding of a ray."""
+    """A scene translated by a thousand radii and scaled by 10^12 looks the same, except at edges within rounding."""
     vertices, triangles = soup(seed, count)
     reference = bob.trace(bob.Mesh(vertices, triangles), size=(40, 40))
     moved = bob.trace(bob.Mesh((vertices + shift) * scale, triangles), size=(40, 40))

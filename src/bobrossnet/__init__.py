@@ -8,7 +8,7 @@
 
 from typing import Any
 
-# Before all else: a sub-interpreter is refused, and Ctrl-C ends the imports of the command quietly.
+# Imported first: it refuses sub-interpreters and keeps Ctrl-C during imports quiet.
 from bobrossnet.command_line import starting  # noqa: F401
 
 # isort: split

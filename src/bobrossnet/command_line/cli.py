@@ -1,6 +1,6 @@
 """The command line: `bobrossnet view | mesh | pack`, and the commands of this folder and of learn/commands.py.
 
-Nothing slow is imported up here, so that --help and mistakes are answered at once.
+Slow modules are imported inside functions, so that --help and usage errors answer at once.
 """
 
 from __future__ import annotations
@@ -40,23 +40,23 @@ from bobrossnet.support.machine import limit_memory
 USAGE_ERROR = 2
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""What writing fails with where there is no more space."""
+"""Errors of a write to a full disk."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status.
 
-    It is 0, the command's own, 2 after an error of one line on stderr, or 130 after Ctrl-C.
+    The status is 0, or the command's status; 2 after an error, reported in one line on stderr; 130 after Ctrl-C.
     """
     from bobrossnet.support.errors import InputError
 
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # so that any file's name can be printed
+        if isinstance(stream, io.TextIOWrapper):  # any file name can be printed
             stream.reconfigure(encoding="utf-8" if sys.platform == "win32" else None, errors="backslashreplace")
     try:
         starting.done()
-        for sent in ENDING:  # so that files in the making are cleaned up
-            if signal.getsignal(sent) != signal.SIG_IGN:  # which nohup sets
+        for sent in ENDING:  # unfinished files are removed
+            if signal.getsignal(sent) != signal.SIG_IGN:  # nohup ignores it
                 signal.signal(sent, _terminate)
         return _run(arguments)
     except (InputError, _UsageError) as error:
@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except OSError as error:
         if _is_closed_pipe(error):
-            _discard_output()  # the reader is gone
+            _discard_output()  # the reader has closed the pipe
             return 0
         if error.errno not in FULL:
             raise
@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _discard_output()
         return _fail(f"can't write {error.filename or 'the output'}: {error.strerror}")
     except KeyboardInterrupt as interrupt:
-        with contextlib.suppress(OSError):  # of a terminal that was closed
+        with contextlib.suppress(OSError):  # the terminal may be closed
             print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return starting.INTERRUPTED
 
@@ -97,7 +97,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
             warnings.showwarning = show
             status: int = options.run(options) or 0
-    except SystemExit:  # after --help and --version
+    except SystemExit:  # --help and --version
         _flush_output()
         raise
     _flush_output()
@@ -105,24 +105,24 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _flush_output() -> None:
-    """Write what was printed while an error can still be told."""
-    if sys.stdout is not None:  # as it is where it was closed
+    """Flush stdout while errors can still be reported."""
+    if sys.stdout is not None:  # None if stdout is closed
         sys.stdout.flush()
 
 
 def _is_closed_pipe(error: OSError) -> bool:
-    """Whether the output's reader is gone, which Windows calls an invalid argument of no file."""
+    """Return whether the output's reader has closed the pipe; on Windows that is an invalid argument without a file."""
     on_windows = sys.platform == "win32" and error.errno == errno.EINVAL and error.filename is None
     return isinstance(error, BrokenPipeError) or on_windows
 
 
 def _discard_output() -> None:
-    """Let nothing more be written to stdout, which Python would try as it exits."""
+    """Redirect stdout to nowhere, so that Python does not fail to flush it at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _UsageError(Exception):
-    """argparse's errors, in one line instead of its usage text."""
+    """A usage error, printed as one line without argparse's usage text."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -131,7 +131,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The arguments of all commands."""
+    """Return the parser of all commands."""
     made = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
     made.add_argument("--version", action="version", version=__version__)
     commands = made.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
@@ -214,13 +214,13 @@ def _view(options: argparse.Namespace) -> None:
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")
             return
         with Server(page, options.port) as server:
-            # Quoted twice: the parameter is a URL itself, in which # and ? have a meaning.
+            # Quoted twice: the parameter is a URL, in which # and ? have a meaning.
             url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
             print(f"{url}  (Ctrl-C ends it)", flush=True)
             if not options.no_browser:
-                # Browsers in a terminal only return when they are left.
+                # Browsers in a terminal block until they are closed.
                 threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
-            with contextlib.suppress(KeyboardInterrupt):  # how it ends
+            with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C ends the server
                 server.serve_forever()
 
 
@@ -254,7 +254,7 @@ def _fail(message: str) -> int:
 
 
 def _terminate(*_: Any) -> NoReturn:
-    """As Ctrl-C; what follows, as the second SIGHUP of a closed terminal, must not stop the cleaning up."""
+    """Raise KeyboardInterrupt, as Ctrl-C does; later signals, such as a second SIGHUP, must not stop the cleanup."""
     for sent in ENDING:
         signal.signal(sent, signal.SIG_IGN)
     raise KeyboardInterrupt

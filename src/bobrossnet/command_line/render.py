@@ -1,4 +1,4 @@
-"""`bobrossnet render`: a picture of shapes."""
+"""`bobrossnet render`: renders a picture of shapes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     import bobrossnet as bob
 
 FRACTION = 0.1
-"""Of the built-in scene's pixels, and beside a reference."""
+"""Default share of pixels for the built-in scene, and for panels with a reference."""
 
-STEP = 0.01  # of the pixels: after each the expected error is looked at
+STEP = 0.01  # share of the pixels between two checks of the expected error
 LARGE = 3840 * 2160
-"""Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
+"""Pixels from which completion takes too long to repeat for timing."""
 
 
 def add(commands: Any) -> None:
@@ -86,7 +86,7 @@ def add(commands: Any) -> None:
 
 
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
-    """Choose what was left open."""
+    """Choose the defaults that depend on other options."""
     from bobrossnet.picture.files import is_opaque
 
     is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
@@ -104,7 +104,7 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Make the picture, and print what was done in what time."""
+    """Render the picture, and print the sizes and times."""
     import bobrossnet as bob
     from bobrossnet.completion.complete import GUIDED
     from bobrossnet.completion.exr import channels_of
@@ -142,7 +142,7 @@ def run(options: argparse.Namespace) -> None:
     model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
-    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
+    scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
         camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
     ready_ms = 1000 * (time.perf_counter() - start)
@@ -168,7 +168,7 @@ def run(options: argparse.Namespace) -> None:
     exact = part.fraction == 1
     model = model if part.guides is None else GUIDED
     if height * width <= LARGE and not exact:
-        bob.complete(part, model=model)  # the first run fetches memory
+        bob.complete(part, model=model)  # the first run allocates memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)
     complete_ms = 1000 * (time.perf_counter() - start)

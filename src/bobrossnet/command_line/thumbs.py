@@ -1,4 +1,4 @@
-"""`bobrossnet thumbs`: a picture of every shape file of a folder."""
+"""`bobrossnet thumbs`: renders a picture of every shape file of a folder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Make the pictures; print those files that have none, and how many there are. Returns the exit status."""
+    """Render the pictures, print failed files and the counts, and return the exit status."""
     import bobrossnet as bob
     from bobrossnet.adapters.files import shape_files
     from bobrossnet.picture.files import check_picture_path, write_picture

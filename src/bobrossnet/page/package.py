@@ -1,4 +1,4 @@
-"""<bob-view> as an npm package: its files in a folder, for `npm pack` and `npm publish`.
+"""The npm package of <bob-view>: its files in a folder, for `npm pack` and `npm publish`.
 
 python -m bobrossnet.page.package FOLDER
 """
@@ -47,7 +47,7 @@ def write_package(folder: Path) -> None:
     Raises
     ------
     InputError
-        If it can't be written, or was built without its WebAssembly modules.
+        If the folder can't be written, or the package was built without its WebAssembly modules.
     """
     check_built()
     modules = Modules(VIEWER)

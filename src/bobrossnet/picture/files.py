@@ -1,4 +1,4 @@
-"""Pictures of what was traced and completed, for people to look at."""
+"""Pictures of traced and completed pixels, as images and files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
 
 UNTRACED = (0, 150, 70)
-"""Green: a colour that no shade of gray is."""
+"""Green: distinct from every shade of gray."""
 
 FORMATS = {
     ".png": "PNG",
@@ -37,38 +37,38 @@ OPAQUE = {"JPEG", "BMP"}
 """Formats without transparency."""
 
 PNG_LEVEL = 3
-"""Of compression: files are about as small as at 6, the default, in half the time."""
+"""zlib compression level: files are about the size of level 6, the default, in half the time."""
 
 CAPTION_HEIGHT = 26
 GAP = 4
 
 
 def to_8_bit(values: F32) -> U8:
-    """Values in 0..1 to uint8, without a curve: maps of errors, coverage, and what is sRGB already."""
+    """Convert values in 0..1 to uint8 without a transfer function: error maps, coverage, and sRGB values."""
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def color_to_8_bit(color: F32) -> U8:
-    """Light as displays show it: linear gray, (H, W), or RGB, (H, W, 3), to sRGB of the same shape, uint8.
+    """Convert linear gray, (H, W), or RGB, (H, W, 3), to sRGB uint8 of the same shape.
 
-    The one tone of all pictures, exact or completed, white or coloured; brighter than 1 is white.
+    The one tone curve of all pictures, exact or completed, white or coloured; values above 1 are clamped to white.
     """
     return to_8_bit(to_srgb(color))
 
 
 def traced_on_green(gbuffer: GBuffer) -> U8:
-    """The traced pixels, and green where none was: (H, W, 3) uint8."""
+    """Return the traced pixels over green, (H, W, 3) uint8."""
     shown = color_to_8_bit(gbuffer.color if "color" in gbuffer.channels else gbuffer.gray[..., None])
     return np.where(gbuffer.mask[..., None] > 0, shown, np.array(UNTRACED, np.uint8))
 
 
 def side_by_side(panels: list[tuple[U8, str]]) -> U8:
-    """Images of one size next to each other, each above its caption: (H', W', 3) uint8."""
+    """Return images of equal size in a row, each above its caption: (H', W', 3) uint8."""
     return sheet(panels, len(panels))
 
 
 def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
-    """The same in rows of so many, the last of which may be shorter."""
+    """Return images of equal size in rows of `columns`; the last row may be shorter."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = panels[0][0].shape[:2]
@@ -78,7 +78,7 @@ def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
     for i, (image, caption) in enumerate(panels):
         left, top = i % columns * (width + GAP), i // columns * (height + CAPTION_HEIGHT)
         drawn.paste(Image.fromarray(image), (left, top))
-        # The largest type that fits: captions must not run into their neighbours in small pictures.
+        # The largest font size that fits: in small pictures, captions must not overlap.
         for size in range(15, 5, -1):
             font = ImageFont.load_default(size)
             if draw.textlength(caption, font=font) <= width - 8:
@@ -94,7 +94,7 @@ def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
 
 
 def before(color: str, rgba: U8) -> U8:
-    """A picture, (H, W, 4) uint8, before a colour that Pillow knows: (H, W, 3) uint8."""
+    """Composite a picture, (H, W, 4) uint8, over a colour known to Pillow: (H, W, 3) uint8."""
     from PIL import Image
 
     picture = Image.fromarray(rgba)
@@ -107,12 +107,12 @@ def png(image: U8) -> bytes:
 
 
 def check_picture_path(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a picture can be written there, before any time is spent on making it."""
+    """Return `path` if a picture can be written there; checked before any time is spent on the picture."""
     return check_writable(path, "a picture", FORMATS)
 
 
 def is_opaque(path: str | os.PathLike[str]) -> bool:
-    """Whether a picture's ending is that of a format without transparency."""
+    """Return whether the path's ending names a format without transparency."""
     return FORMATS.get(path_of(path).suffix.lower()) in OPAQUE
 
 

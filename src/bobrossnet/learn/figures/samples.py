@@ -14,11 +14,11 @@ from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
 
 SHAPES = 5
-LEAST = 0.25  # share of a patch's pixels with a surface: less shows nothing of its shape
+LEAST = 0.25  # minimum share of hit pixels in a patch: with fewer, the shape is not recognisable
 
 
 def draw_samples(sources: Sources) -> Drawing:
-    """Draw a patch of some shapes: its five samples, what was not traced green, and their reference."""
+    """Draw a patch of several shapes: its five samples over green, and their reference."""
     data = data_of(sources)
     rng = np.random.default_rng(sources.seed)
     shapes = np.sort(rng.permutation(data.plan.shapes)[:SHAPES])
@@ -49,6 +49,6 @@ def draw_samples(sources: Sources) -> Drawing:
 
 
 def _name(data: Dataset, shape: int) -> str:
-    """Return a few words for a shape: its number, or its file's name."""
+    """Return a short name for a shape: its number, or its file's name."""
     source = data.sources[shape]
     return f"shape {shape}" if source.startswith("made ") else Path(source).stem[:16]
