@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__
-from bobrossnet.command_line import complete, info, orbit, render, sheet, starting, thumbs
+from bobrossnet.command_line import complete, info, mcp, orbit, render, sheet, starting, thumbs
 from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
@@ -184,6 +184,7 @@ def parser() -> argparse.ArgumentParser:
     add_up(pack)
 
     info.add(commands)
+    mcp.add(commands)
 
     for point in distribution("bobrossnet").entry_points.select(group="bobrossnet.commands"):
         point.load()(commands)
