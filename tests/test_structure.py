@@ -36,6 +36,7 @@ PYTHON = {
     "adapters": {"picture", "sdf", "shapes", "support", "tracing"},
     "pictures": {"adapters", "completion", "picture", "shapes", "support", "tracing"},
     "page": {"adapters", "completion", "picture", "pictures", "shapes", "support", "tracing"},
+    "agents": {"adapters", "picture", "pictures", "shapes", "support", "tracing"},
 }
 PAGE = {
     "core": set(),
