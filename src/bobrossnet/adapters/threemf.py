@@ -14,13 +14,16 @@ from typing import IO, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import ColorFormula
 from bobrossnet.adapters.opc import Package
 from bobrossnet.adapters.part import Part, counted, placed
 from bobrossnet.adapters.threemf_beams import Lattice
 from bobrossnet.adapters.threemf_colors import Palette, Swatch, Textures, numbers
+from bobrossnet.adapters.threemf_functions import Domain, Functions, Mesh
 from bobrossnet.adapters.xml import read_xml
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
-from bobrossnet.support.messages import one_line, warn_of
+from bobrossnet.support.messages import errors_at, one_line, warn_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 
@@ -39,6 +42,8 @@ EXTENSIONS = {
     MICROSOFT + "displacement/2022/07": "d",
     CONSORTIUM + "3dmanufacturing/displacement/2023/10": "d",
     CONSORTIUM + "3dmanufacturing/booleanoperations/2023/07": "bo",
+    CONSORTIUM + "3dmanufacturing/volumetric/2022/01": "v",
+    CONSORTIUM + "3dmanufacturing/implicit/2023/12": "i",
 }
 """The namespaces of extensions that are read, or whose meshes are right without them, by the usual prefixes."""
 
@@ -52,6 +57,8 @@ NOT_SHOWN = {
     "m:translucentdisplayproperties": "display properties",
     "d:displacementmesh": "displacements",
     "bo:booleanshape": "Boolean operations",
+    "v:composite": "mixtures of materials",
+    "v:property": "properties in space",
 }
 """Elements that are passed over, as a warning names them."""
 
@@ -94,7 +101,7 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
     except (BadZipFile, zlib.error, OSError, EOFError, NotImplementedError) as error:
         raise InputError(f"expected a zip file that can be unpacked, got another ({error})") from error
     if instances is None:
-        left["beam lattices, which bobrossnet.load shows"] += len(shapes)
+        left["beam lattices and formulas, which bobrossnet.load shows"] += len(shapes)
     else:
         instances += shapes
     names = ", ".join(f"{name} ({count:,})" for name, count in left.items() if count)
@@ -151,7 +158,7 @@ def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Par
                 parts.append(placed(part, matrix))
         shapes += [instance.transformed(matrix) for instance in found.instances]
         if len(shapes) > MAX_INSTANCES:
-            raise InputError(f"expected at most {MAX_INSTANCES:,} beam lattices, got more")
+            raise InputError(f"expected at most {MAX_INSTANCES:,} beam lattices and formulas, got more")
         references += [Reference(child, matrix @ relative) for child, relative in found.components]
     return parts, shapes
 
@@ -169,12 +176,24 @@ class _Model:
         self.kinds: dict[str, str] = {}
         """Namespaces that are read, with how their elements' names begin."""
         self.prefixes: dict[str, str] = {}
+        self.functions = Functions()
+        self.meshes: dict[str, Mesh] = {}
+        """Of objects, by their ids, if there are functions, which may use them."""
+        self.level_sets: list[tuple[str, dict[str, str], Material | None, str]] = []
+        """Ids of their objects, attributes, materials and names."""
+        self.volume = ""
+        self.color_of: dict[str, dict[str, str]] = {}
+        """Attributes of functions of colours, by the ids of what they belong to."""
         self._start_object({})
 
     def read(self, stream: IO[bytes]) -> None:
         read_xml(stream, self._start, self._end, prefix=self.prefixes.__setitem__)
         if not self.kinds:
             raise InputError("expected a 3MF model, got XML without elements")
+        for number, get, material, label in self.level_sets:
+            if shape := self._level_set(get):
+                instance = Instance(shape, material=material, name=label)
+                self.objects[self.name, number] = Object([], [instance], [])
 
     def _start_object(self, get: dict[str, str]) -> None:
         self.get = get
@@ -204,6 +223,9 @@ class _Model:
         if namespace not in self.kinds:
             return
         kind = self.kinds[namespace] + local
+        if kind.startswith("i:"):
+            self.functions.start(local, get)
+            return
         kind = MESH_OF_DISPLACEMENT.get(kind, kind)
         palette = self.palette
         if kind == "vertex":
@@ -238,15 +260,28 @@ class _Model:
             self.lattice.add_beam(get, *_values(kind, get, "v1", "v2"))
         elif kind == "b2:ball" and self.lattice:
             self.lattice.add_ball(get, *_values(kind, get, "vindex"))
+        elif kind == "v:functionfromimage3d":
+            self.functions[get.get("id", "")] = None
+        elif kind == "v:volumedata":
+            self.volume = get.get("id", "")
+        elif kind == "v:color":
+            self.color_of[self.volume] = get
+        elif kind == "v:levelset":
+            label = self.get.get("name") or self.get.get("partnumber") or self.package.file.name
+            material = Material(color=self.palette.of(self.of_object)[0]) if self.of_object else None
+            self.level_sets.append((self.get.get("id", ""), get, material, label))
         elif kind in NOT_SHOWN:
             self.left[NOT_SHOWN[kind]] += 1
 
     def _end(self, name: str) -> None:
         namespace, _, local = name.rpartition("}")
+        if self.kinds.get(namespace) == "i:":
+            self.functions.end(local)
         if local != "object" or self.kinds.get(namespace) != "":
             return
         vertices = numbers(self.points).reshape(-1, 3)
         triangles = numbers(self.corners).astype(np.int64).reshape(-1, 3)
+        self.meshes[self.get.get("id", "")] = vertices, triangles
         instances = []
         if self.lattice:
             tubes = self.lattice.tubes(vertices, self.palette, self.left)
@@ -255,6 +290,30 @@ class _Model:
         parts = self.palette.parts(vertices, triangles, self.chosen) if len(triangles) or not instances else []
         self.objects[self.name, self.get.get("id", "")] = Object(parts, instances, self.components)
         self._start_object({})
+
+    def _level_set(self, get: dict[str, str]) -> Implicit | None:
+        """The surface of a function within a mesh or its box; None if it is one of an image."""
+        function, channel, domain = _values("levelset", get, "functionid", "channel", "meshid")
+        if domain not in self.meshes or not len(self.meshes[domain][0]):
+            raise InputError(f"levelset: expected a mesh with id {one_line(domain)} around it, got none")
+        if function in self.functions and self.functions[function] is None:
+            self.left["level sets of images"] += 1
+            return None
+        within = Domain(domain, get.get("meshbboxonly") in ("true", "1"))
+        matrix, color = _matrix(get.get("transform")), self._color(get.get("volumeid", ""))
+        with errors_at("levelset"):
+            return self.functions.level_set(function, channel, matrix, self.meshes, within, color)
+
+    def _color(self, volume: str) -> ColorFormula | None:
+        get = self.color_of.get(volume)
+        if get is None:
+            return None
+        function, channel = _values("color", get, "functionid", "channel")
+        if function in self.functions and self.functions[function] is None:
+            self.left["colours of images in space"] += 1
+            return None
+        with errors_at("color"):
+            return self.functions.color(function, channel, _matrix(get.get("transform")), self.meshes)
 
     def _attribute(self, get: dict[str, str], kind: str) -> str | None:
         """An attribute of an extension, by its usual prefix."""
