@@ -19,7 +19,7 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 
-MAX_NODES = 1 << 18
+MAX_NODES = 1 << 17
 """Evaluated for one level set or colour; functions that call others twice take as many as powers of two."""
 
 MAX_CALLS = 64
@@ -301,7 +301,8 @@ def _power(a: Any, b: Any) -> Any:
 
 
 def _matrix_of_scalars(*components: Any) -> Symbols:
-    return _array([_shaped(each, ()) for each in components]).reshape(4, 4)
+    rows = iter(_shaped(each, ()) for each in components)
+    return _array([[next(rows) for _ in range(4)] for _ in range(4)])
 
 
 def _matrix_of_columns(*columns: Any) -> Symbols:
@@ -340,7 +341,7 @@ def _constant_matrix(get: dict[str, str]) -> Symbols:
     values = numbers(get["matrix"].split())
     if len(values) != 16:
         raise InputError(f"matrix: expected 16 numbers, got {len(values)}")
-    return _array(values.tolist()).reshape(4, 4)
+    return _array(values.reshape(4, 4).tolist())
 
 
 CONSTANTS: dict[str, Callable[[dict[str, str]], Any]] = {
