@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.adapters.threemf import read_3mf
+from bobrossnet.sdf import Mesh, d3
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 NAMESPACES = (
@@ -330,3 +332,54 @@ def test_functions_of_images_are_named(tmp_path: Path) -> None:
         warnings.simplefilter("always")
         bob.load(file(tmp_path, image + ball + volume, "functionid='4' channel='shape' volumeid='7'"))
     assert [str(each.message) for each in caught] == ["a.3mf: left out colours of images in space (1)"]
+
+
+# ---- Written ---------------------------------------------------------------------------------------------
+
+EVERY_OP = (
+    "np.sin(x) + np.cos(y) + np.tan(z / 9) + np.arcsin(x / 9) + np.arccos(y / 9) + np.arctan(z) + np.exp(-x)"
+    " + np.log(y + 9) + np.floor(x) + np.ceil(y) + np.rint(z) + x**5 + np.sqrt(z + 9) - y / 7 + np.minimum(x, y)"
+    " + np.maximum(y, z) + np.hypot(x, z) + np.arctan2(y, x) + np.mod(z, 0.7) + np.where(x < y, z, x * y) - np.abs(z)"
+    " - 9 + (-x) ** 2 * 1e-300"
+)
+WRITTEN: dict[str, Callable[[], Any]] = {
+    "part": lambda: (d3.sphere(1) & d3.box(1.5)) - d3.cylinder(0.5),
+    "colors": lambda: d3.box(1).color("#ff0000") | d3.sphere(0.6).color((0, 0, 1)),
+    "bent": lambda: d3.box((4, 0.6, 0.6)).bend(0.7),
+    "mesh": lambda: Mesh(*corners_of(d3.sphere(1).mesh(0.6))).sdf().dilate(0.1) | d3.box((3, 0.2, 0.2)),
+    "every op": lambda: bob.implicit(
+        eval(f"lambda x, y, z: {EVERY_OP}", {"np": np}),
+        bounds=((-2, -2, -2), (2, 2, 2)),
+        color=lambda x, y, z: (x, y, z),
+    ),
+}
+
+
+def corners_of(mesh: bob.Mesh) -> tuple[Any, Any]:
+    return mesh.vertices, mesh.triangles
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_formulas_stay_formulas(name: str, tmp_path: Path) -> None:
+    shape = WRITTEN[name]()
+    shape.save(tmp_path / "a.3mf")
+    shape.save(tmp_path / "b.3mf")
+    assert (tmp_path / "a.3mf").read_bytes() == (tmp_path / "b.3mf").read_bytes()
+    read = shape_in(tmp_path / "a.3mf")
+    low, high = bob.Scene(shape).boxes[0]
+    points = np.random.default_rng(1).uniform(low, high, (2000, 3))
+    wanted, found = shape.expression(points), read.expression(points)
+    assert np.array_equal(wanted < 0, found < 0)
+    assert np.allclose(wanted[wanted >= 0], found[wanted >= 0], rtol=1e-12, atol=1e-12)
+    a, b = (bob.trace(each, size=(60, 80)) for each in (shape, read))
+    assert np.abs(a.gray - b.gray).mean() < 0.02  # bounds, and so the cameras, may differ a little
+    assert read.is_colored == shape.is_colored
+    if shape.is_colored:
+        assert np.allclose(shape.core.colors(points), read.core.colors(points), atol=1e-6)
+
+
+def test_names_of_written_files_are_checked(tmp_path: Path) -> None:
+    with pytest.raises(bob.InputError, match="can't write it: there is no folder"):
+        d3.sphere(1).save(tmp_path / "none" / "a.3mf")
+    d3.sphere(2).save(tmp_path / "a.3mf", bounds=((0, -3, -3), (3, 3, 3)))
+    assert np.allclose(bob.load(tmp_path / "a.3mf").boxes[0], [[0, -2, -2], [2, 2, 2]], atol=0.02)
