@@ -206,6 +206,23 @@ def test_other_nodes(name: str, tmp_path: Path) -> None:
     check(file(tmp_path, function("5", nodes, {"shape": f"n{len(nodes) - 1}.result"})), expected)
 
 
+def test_repetition_by_a_distance_of_zero(tmp_path: Path) -> None:
+    """A cell's number is infinite, clamped to none; where it would be 0 / 0, too."""
+    nodes = [
+        node("constvec", x="0", y="0", z="4"), node("division", f"{POS} B=n0"), node("round", "A=n1"),
+        node("constvec", x="0", y="0", z="2"), node("constvec", x="0", y="0", z="-2"),
+        node("clamp", "A=n2 min=n4 max=n3"), node("multiplication", "A=n5 B=n0"), node("subtraction", f"{POS} B=n6"),
+        node("length", "A=n7"), node("constant", value="1"), node("subtraction", "A=n8 B=n9"),
+    ]  # fmt: skip
+    scene = bob.load(file(tmp_path, function("5", nodes, {"shape": "n10.result"})))
+    assert np.allclose(scene.boxes[0], [[-1, -1, -9], [1, 1, 9]], atol=0.1)
+    z = np.linspace(-9, 9, 19)
+    origin = np.column_stack([np.full(19, 5), np.zeros(19), z])
+    hits = scene.closest_hits(origin, np.tile((-1.0, 0, 0), (19, 1))).distance
+    assert np.allclose(hits[np.isin(z, (-8, -4, 0, 4, 8))], 4, atol=1e-5)
+    assert scene.unresolved_rays == 0
+
+
 BALL = function(
     "3",
     [node("length", POS), node("subtraction", "A=n0 B=inputs.radius")],

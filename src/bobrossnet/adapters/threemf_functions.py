@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.adapters.threemf_colors import numbers
-from bobrossnet.sdf.symbols import Symbols, color_formula_of, expression_of, substitute
+from bobrossnet.sdf.symbols import Symbol, Symbols, color_formula_of, expression_of, substitute
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
@@ -294,6 +294,15 @@ def _choice(a: Any, b: Any, c: Any, d: Any) -> Any:
     return (c if is_below else d) if isinstance(is_below, bool | np.bool_) else np.where(is_below, c, d)
 
 
+def _divide(a: Any, b: Any) -> Any:
+    """A quotient. That by a constant 0 is infinite even at a = 0: clamped, as repetitions are, it is defined."""
+    if np.shape(a):
+        return _array([_divide(*each) for each in zip(np.ravel(a), np.ravel(b), strict=True)]).reshape(np.shape(a))
+    if isinstance(b, Symbol) or b != 0:
+        return np.divide(a, b)
+    return _choice(a, 0.0, -np.inf, np.inf)
+
+
 def _power(a: Any, b: Any) -> Any:
     if not np.shape(a):
         return np.power(a, b)
@@ -382,7 +391,7 @@ OF_TWO: dict[str, Callable[..., Any]] = {
     "addition": np.add,
     "subtraction": np.subtract,
     "multiplication": np.multiply,
-    "division": np.divide,
+    "division": _divide,
     "min": np.minimum,
     "max": np.maximum,
     "fmod": np.fmod,
