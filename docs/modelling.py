@@ -21,7 +21,8 @@ HEAD = """# The modelling language
 
 Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
 for it runs once its first line says `from bobrossnet.sdf import *`.
-`f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.png", camera=bob.Camera(azimuth=30))`
+`f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.3mf")` writes the formula itself, in
+millimetres, by 3MF's Volumetric and Implicit Extensions; `f.save("part.png", camera=bob.Camera(azimuth=30))`
 draws a picture without any. Shapes are traced like any others: `bob.trace(f)`.
 
 `a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` is b with a radius for the edge that the

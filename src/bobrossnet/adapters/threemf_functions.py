@@ -19,8 +19,8 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 
-MAX_NODES = 1 << 17
-"""Evaluated for one level set or colour; functions that call others twice take as many as powers of two."""
+MAX_NODES = 1 << 16
+"""Evaluated for all level sets and colours of a model; functions that call others twice take powers of two."""
 
 MAX_CALLS = 64
 """Of functions within each other."""
@@ -59,6 +59,7 @@ class Functions(dict[str, Function | None]):
         super().__init__()
         self.function: Function | None = None
         self.node: Node | None = None
+        self.left = MAX_NODES
 
     def start(self, local: str, get: dict[str, str]) -> None:
         name = get.get("identifier", "")
@@ -136,7 +137,6 @@ class _Evaluation:
     def __init__(self, functions: Functions, meshes: Mapping[str, Mesh]) -> None:
         self.functions, self.meshes = functions, meshes
         self.calls: list[str] = []
-        self.left = MAX_NODES
 
     def call(self, name: str, inputs: dict[str, Any], wanted: list[str]) -> dict[str, Any]:
         """Outputs of a function by their names."""
@@ -175,8 +175,8 @@ class _Evaluation:
             if node is None:
                 raise InputError(f"expected a node {one_line(name)}, got none")
             if has_inputs:
-                self.left -= 1
-                if self.left < 0:
+                self.functions.left -= 1
+                if self.functions.left < 0:
                     raise InputError(f"expected at most {MAX_NODES:,} nodes to evaluate, got more")
                 inputs = {key: _at(values, each) for key, each in node.inputs.items()}
                 values[name] = self.outputs(name, node, inputs)

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.adapters.threemf_functions import MAX_NODES
 from bobrossnet.shapes.affine import IDENTITY
 from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.support.errors import InputError
 
 OPS = (
     "constant", "x", "y", "z", "negate", "absolute", "square", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan",
@@ -75,6 +77,11 @@ def written_3mf(shape: Implicit) -> bytes:
     """A 3MF of a shape within its bounds, in millimetres, whose surface and colour are functions.
 
     Equal shapes make equal files.
+
+    Raises
+    ------
+    InputError
+        If the formula takes more nodes than are read.
     """
     parts = {
         "[Content_Types].xml": CONTENT_TYPES,
@@ -156,6 +163,9 @@ def _function(number: int, formula: _core.Expression | _core.ColorFormula, meshe
         formula.ops.tolist(), formula.operands.tolist(), formula.values.tolist(), strict=True
     ):
         values.append(nodes.scalar(OPS[op], [values[i] if i < len(values) else "" for i in operands], value))
+    if len(nodes.written) > MAX_NODES:
+        got = len(nodes.written)
+        raise InputError(f"shape: expected at most {MAX_NODES:,} nodes, which can be read again, got {got:,}")
     if isinstance(formula, _core.ColorFormula):
         red, green, blue = (values[root] for root in formula.roots.tolist())
         output = f'<i:vectorref identifier="color" ref="{nodes.vector(red, green, blue)}"/>'
