@@ -102,6 +102,23 @@ def test_base_materials_do_not_blend(tmp_path: Path) -> None:
     assert instance.shape.face_colors.tolist() == [[0, 0, 1]]
 
 
+def test_composites_are_mixtures(tmp_path: Path) -> None:
+    """In linear light; one whose shares are none is white."""
+    mesh = MESH.replace("v3='2'", "v3='2' pid='6' p1='0' p2='1' p3='2'")
+    resources = (
+        "<basematerials id='5'><base name='a' displaycolor='#FF0000'/><base name='b' displaycolor='#0000FF'/>"
+        "</basematerials><m:compositematerials id='6' matid='5' matindices='1 0'>"
+        "<m:composite values='0.25 0.75'/><m:composite values='2 2'/><m:composite values='0 0'/></m:compositematerials>"
+        f"<object id='1'>{mesh}</object>"
+    )
+    scene, warned = told(package(tmp_path, {"3D/3dmodel.model": model(resources)}))
+    (instance,) = scene.instances
+    assert isinstance(instance.shape, bob.Mesh)
+    assert warned == []
+    assert instance.shape.colors is not None
+    assert instance.shape.colors[instance.shape.triangles[0]].tolist() == [[0.75, 0, 0.25], [0.5, 0, 0.5], [1, 1, 1]]
+
+
 @pytest.mark.parametrize(
     ("name", "path"),
     [
@@ -129,16 +146,16 @@ def test_part_names(name: str, path: str, tmp_path: Path) -> None:
 
 def test_what_is_not_shown_is_one_warning(tmp_path: Path) -> None:
     resources = (
-        "<m:compositematerials id='8' matid='5' matindices='0 1'/><m:multiproperties id='9' pids='5 8'/>"
+        "<m:translucentdisplayproperties id='8'/><m:multiproperties id='9' pids='5 8'/>"
         f"<object id='1' s:slicestackid='3' s:meshresolution='lowres'>{MESH}</object>"
         f"<object id='2'><bo:booleanshape objectid='1' operation='difference'/></object>"
     )
     scene, warned = told(package(tmp_path, {"3D/3dmodel.model": model(resources)}))
     assert scene.counts()["triangle"] == 1
-    names = "composite materials (1), multiproperties (1), slices of coarse meshes (1), Boolean operations (1)"
+    names = "display properties (1), multiproperties (1), slices of coarse meshes (1), Boolean operations (1)"
     assert warned == [f"a.3mf: left out {names}"]
     only = {"3D/3dmodel.model": model(resources, "<item objectid='2'/>")}
-    with pytest.raises(bob.InputError, match=r"^a\.3mf: expected triangles, got none; left out composite materials"):
+    with pytest.raises(bob.InputError, match=r"^a\.3mf: expected triangles, got none; left out display properties"):
         bob.load(package(tmp_path, only))
 
 

@@ -48,7 +48,6 @@ EXTENSIONS = {
 """The namespaces of extensions that are read, or whose meshes are right without them, by the usual prefixes."""
 
 NOT_SHOWN = {
-    "m:compositematerials": "composite materials",
     "m:multiproperties": "multiproperties",
     "m:pbspeculardisplayproperties": "display properties",
     "m:pbmetallicdisplayproperties": "display properties",
@@ -248,6 +247,10 @@ class _Model:
             palette.start(get.get("id", ""), flat=kind == "basematerials")
         elif kind in ("base", "m:color"):
             palette.add(get.get("displaycolor" if kind == "base" else "color", ""))
+        elif kind == "m:compositematerials":
+            palette.start_mixtures(get.get("id", ""), get.get("matid", ""), get.get("matindices", ""))
+        elif kind == "m:composite":
+            palette.add_mixture(get.get("values", ""))
         elif kind == "m:texture2d":
             palette.pictures[get.get("id", "")] = get.get("path", ""), _wrap(get, "u"), _wrap(get, "v")
         elif kind == "m:texture2dgroup":

@@ -63,6 +63,8 @@ class Palette:
         """Groups of base materials, which do not blend: a triangle has that of its first corner."""
         self.colors: dict[Swatch, RGB] = {}
         self.places: dict[Swatch, list[str]] = {}
+        self.mixed: list[RGB] = []
+        """Colours of which those of the group are mixtures."""
         self.group, self.count = "", 0
 
     def start(self, group: str, picture: str | None = None, *, flat: bool = False) -> None:
@@ -77,6 +79,19 @@ class Palette:
         """Add a colour to the group: sRGB as #rrggbb or #rrggbbaa; white if it is another."""
         with suppress(InputError):
             self.colors[self.group, str(self.count)] = linear("color", color[:7])
+        self.count += 1
+
+    def start_mixtures(self, group: str, of: str, numbers_of: str) -> None:
+        """Begin a group of mixtures of colours of another one."""
+        self.start(group)
+        self.mixed = [self.colors.get((of, number), (1.0, 1.0, 1.0)) for number in numbers_of.split()]
+
+    def add_mixture(self, shares: str) -> None:
+        """Add a colour in proportion to its shares to the group; white if they are none."""
+        weights = numbers(shares.split())
+        if len(weights) == len(self.mixed) and weights.min(initial=0) >= 0 and 0 < weights.sum() < np.inf:
+            red, green, blue = (weights / weights.sum() @ np.array(self.mixed)).tolist()
+            self.colors[self.group, str(self.count)] = red, green, blue
         self.count += 1
 
     def add_place(self, place: list[str]) -> None:
