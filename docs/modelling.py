@@ -22,7 +22,8 @@ HEAD = """# The modelling language
 
 Shapes are formulas, negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
 for it runs with the first line `from bobrossnet.sdf import *`.
-`f.save("part.stl")` writes triangles with sharp edges; `f.save("part.png", camera=bob.Camera(azimuth=30))`
+`f.save("part.stl")` writes triangles with sharp edges; `f.save("part.3mf")` writes the formula itself, in millimetres,
+by 3MF's Volumetric and Implicit Extensions; `f.save("part.png", camera=bob.Camera(azimuth=30))`
 draws a picture without triangles. `bob.trace(f)` traces a shape like any other.
 
 `a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge of the next operation

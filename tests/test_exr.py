@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -13,6 +14,7 @@ from bobrossnet.completion.exr import completed_channels
 from bobrossnet.picture.exr import read_exr, write_exr
 
 SIZE = (40, 60)
+CASES = Path(__file__).parent / "cases"
 
 
 @pytest.fixture(scope="module")
@@ -149,6 +151,49 @@ def test_tiles_and_parts_are_read(picture, tmp_path):
         assert set(file.roles) == {"color", "depth", "normal", "albedo", "mask"}
         for channel, values in planes.items():
             assert np.array_equal(file.planes[channel], values)
+
+
+def written_header(path):
+    with OpenEXR.File(str(path)) as file:
+        return {name: np.array(value).tolist() for name, value in file.header().items() if name != "channels"}
+
+
+def test_windows_stay_as_they_are(tmp_path):
+    """A crop of a larger picture stays where it is in it."""
+    out = tmp_path / "out.exr"
+    assert main(["complete", str(CASES / "exr-windows/crop.exr"), "-o", str(out)]) == 0
+    header = written_header(out)
+    assert header["dataWindow"] == [[20, 12], [67, 43]]
+    assert header["displayWindow"] == [[0, 0], [99, 79]]
+
+
+def test_attributes_of_the_picture_stay(picture, tmp_path):
+    header = {
+        "dataWindow": ((-5, 7), (54, 46)),
+        "displayWindow": ((-9, -9), (99, 99)),
+        "pixelAspectRatio": 2.0,
+        "screenWindowCenter": (0.5, -0.25),
+        "screenWindowWidth": 3.0,
+        "chromaticities": (0.7, 0.3, 0.2, 0.8, 0.1, 0.05, 0.3, 0.3),
+    }
+    settings = {**header, "type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}
+    OpenEXR.File(settings, layers(picture, PROGRAMS["plain"])).write(str(tmp_path / "a.exr"))
+    assert main(["complete", str(tmp_path / "a.exr"), "-o", str(tmp_path / "b.exr")]) == 0
+    before, after = written_header(tmp_path / "a.exr"), written_header(tmp_path / "b.exr")
+    assert {name: after[name] for name in header} == {name: before[name] for name in header}
+    parts = [
+        OpenEXR.Part({"dataWindow": ((x, 0), (x + SIZE[1] - 1, SIZE[0] - 1))}, {name: np.ones(SIZE, np.float32)}, name)
+        for x, name in enumerate("RGB")
+    ]
+    OpenEXR.File(parts).write(str(tmp_path / "c.exr"))
+    with pytest.raises(bob.InputError, match=r"c\.exr: expected parts with one data window, got 3 different ones"):
+        read_exr(tmp_path / "c.exr")
+
+
+def test_deep_pictures_are_one_line(capsys):
+    assert main(["complete", str(CASES / "exr-deep/deep.exr")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("deep.exr: expected a flat picture, got a deep one, in A; flatten it first")
 
 
 def test_bright_and_dark_survive(tmp_path):

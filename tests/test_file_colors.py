@@ -616,7 +616,7 @@ def test_pictures_of_any_kind_have_their_alpha(tmp_path: Path) -> None:
 
 
 def test_3mf_colors(tmp_path: Path) -> None:
-    """Of the object, of triangles, and of triangles from another group."""
+    """Of the object, of triangles, of corners, and of triangles from another group."""
     vertices = "".join(f"<vertex x='{x}' y='{y}' z='{z}'/>" for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
     triangles = (
         "<triangle v1='0' v2='1' v3='2'/><triangle v1='0' v2='1' v3='3' p1='0'/>"
@@ -633,9 +633,10 @@ def test_3mf_colors(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "a.3mf", "w") as archive:
         archive.writestr("3D/3dmodel.model", text)
     mesh = mesh_of(tmp_path / "a.3mf")
-    assert mesh.face_colors is not None
-    expected = [(0, HALF, 0), (1, 0, 0), (2 / 3, 2 / 3, 1), (1, 1, 1)]
-    assert np.allclose(mesh.face_colors, expected, atol=1e-6)
+    assert mesh.colors is not None
+    green, red, blue, white = (0, HALF, 0), (1, 0, 0), (0, 0, 1), (1, 1, 1)
+    expected = [[green] * 3, [red] * 3, [blue, white, white], [white] * 3]
+    assert np.allclose(mesh.colors[mesh.triangles], expected, atol=1e-6)
 
 
 def textured_3mf(folder: Path, pictures: dict[str, bytes], texture: str = "", triangles: str = "") -> Path:

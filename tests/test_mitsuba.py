@@ -188,3 +188,52 @@ def test_compilers_that_would_end_the_process_are_found_before(version, found, m
         bob.InputError, match=rf"^mitsuba: expected LLVM 17 or newer for the variant llvm_ad_rgb, got {found};"
     ):
         mitsuba.tracer(None)
+
+
+# ---- Media and other integrators -------------------------------------------------------------------------
+
+
+def in_fog():
+    """A ball, seen by a sensor in the fog around it."""
+    at = mi.ScalarTransform4f()
+    fog = {"type": "ref", "id": "fog"}
+    film = {"type": "hdrfilm", "width": 24, "height": 24, "rfilter": {"type": "box"}}
+    red = {"type": "rgb", "value": [0.8, 0.3, 0.2]}
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "volpath", "max_depth": 12},
+            "fog": {"type": "homogeneous", "albedo": {"type": "rgb", "value": [0.2, 0.5, 0.9]}, "sigma_t": 0.15},
+            "sensor": {
+                "type": "perspective",
+                "fov": 45,
+                "to_world": at.look_at([0, 1, 5], [0, 0, 0], [0, 1, 0]),
+                "medium": fog,
+                "film": film,
+            },
+            "ball": {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": red}},
+            "around": {"type": "cube", "to_world": at.scale(8), "bsdf": {"type": "null"}, "interior": fog},
+            "sky": {"type": "constant", "radiance": 0.7},
+        }
+    )
+
+
+@pytest.mark.parametrize("other_variant", ["scalar_rgb", "llvm_ad_rgb"], indirect=True)
+def test_a_sensor_in_a_medium(other_variant):
+    tracer = mitsuba.tracer(in_fog(), spp=32)
+    pixels = np.argwhere(np.ones(tracer.size)).astype(np.int32)
+    assert np.allclose(tracer(pixels).color.mean(axis=0), (0.124, 0.204, 0.481), atol=0.02)
+
+
+def test_integrators_that_start_at_lamps_are_refused():
+    with pytest.raises(bob.InputError, match=r"^scene: expected an integrator .* such as path, got ParticleTracer"):
+        mitsuba.tracer(scene_of(integrator="ptracer"))
+
+
+@pytest.mark.parametrize("other_variant", ["llvm_ad_rgb"], indirect=True)
+def test_integrators_that_differentiate(other_variant):
+    light = {
+        name: mitsuba.tracer(scene_of(integrator=name), spp=16)(EVERYWHERE).color.mean(axis=0)
+        for name in ("path", "prb")
+    }
+    assert np.allclose(light["prb"], light["path"], atol=0.03)

@@ -23,13 +23,14 @@ from bobrossnet.adapters.opencascade import read_iges, read_step
 pytest.importorskip("OCP")
 
 from OCP.Bnd import Bnd_Box
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
 from OCP.BRepGProp import BRepGProp
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeBox,
     BRepPrimAPI_MakeCone,
@@ -43,6 +44,7 @@ from OCP.Geom import Geom_BezierCurve, Geom_BezierSurface
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.GProp import GProp_GProps
 from OCP.IGESCAFControl import IGESCAFControl_Writer
+from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
@@ -52,7 +54,7 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 HAMMER = MODELS / "nurbs" / "occt_hammer.iges"
@@ -316,6 +318,52 @@ def test_faces_without_a_color_have_that_of_their_place(tmp_path):
     edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()  # closed, as it was not in parts
     assert {tuple(color) for color in mesh.face_colors} == {RED, GREEN}
+
+
+def test_faces_of_triangles_are_meshes_next_to_those_with_surfaces():
+    """A drilled block with surfaces, and one of 12 triangles."""
+    triangles, drilled = read_step(Path(__file__).parent / "cases/step-tessellated/solid-and-triangles.step")
+    assert isinstance(triangles.shape, bob.Mesh)
+    assert len(triangles.shape.triangles) == 12
+    assert triangles.shape.normals is not None
+    a, b, c = np.moveaxis(triangles.shape.vertices[triangles.shape.triangles], 1, 0)
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(2200)
+    block, hole = 2200 - 2 * math.pi * 9, 2 * math.pi * 3 * 30
+    assert sum(map(area, faces_of([drilled]))) == pytest.approx(block + hole, rel=2e-3)
+
+
+def test_faces_of_triangles_keep_colors_and_places(tmp_path):
+    shape = box()
+    BRepMesh_IncrementalMesh(shape, 1)
+    builder, compound = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(compound)
+    bare = []
+    for face in explore(shape, TopAbs_ShapeEnum.TopAbs_FACE):
+        bare.append(TopoDS_Face())
+        builder.MakeFace(bare[-1], BRep_Tool.Triangulation_s(TopoDS.Face(face), TopLoc_Location()))
+        builder.Add(compound, bare[-1])
+    document = Document()
+    crate = document.part(compound, "crate", RED)
+    room = document.assembly("room")
+    document.tool.AddComponent(room, crate, at(100, 0, 0, math.pi / 2))
+    document.tool.AddComponent(room, crate, at(0, 0, 40))
+    STEPCAFControl_Writer()  # which knows the settings
+    usual = [
+        (f"write.step.{name}", Interface_Static.IVal_s(f"write.step.{name}")) for name in ("schema", "tessellated")
+    ]
+    Interface_Static.SetIVal_s("write.step.schema", 5)  # AP242
+    Interface_Static.SetIVal_s("write.step.tessellated", 1)
+    try:
+        file = document.write(tmp_path / "room.step")
+    finally:
+        for setting in usual:
+            Interface_Static.SetIVal_s(*setting)
+    scene = bob.Scene(read_step(file))
+    assert {instance.material.color for instance in scene.instances} == {RED}
+    mesh = scene.mesh()
+    a, b, c = np.moveaxis(mesh.vertices[mesh.triangles], 1, 0)
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(2 * 2200)
+    assert np.allclose([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)], [[0, 0, 0], [100, 20, 70]])
 
 
 def test_what_is_hidden_is_left_out(tmp_path):

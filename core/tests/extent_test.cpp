@@ -111,6 +111,59 @@ TEST(bounds_of_circles_of_few_are_found_beside_their_jumps) {
     }
 }
 
+TEST(bounds_of_turned_shapes_are_found_whatever_the_angle) {
+    // Of a box and a ball far from the axis; of turns in turns, in sums, differences and minima of many; and of two that differ.
+    const char* const scripts[] = {
+        "box((4, 0.6, 0.6)).bend(0.7)",
+        "sphere(1).translate((2, 0, 0)).bend(3)",
+        "rectangle((0.4, 3)).extrude(8).twist(20)",
+        "(box((4, 0.6, 0.6)).bend(0.7) | sphere(1)).dilate(0.1).translate((5, 1, 2)).scale((1, 2, 3))",
+        "(box((4, 0.6, 0.6)).bend(0.7) - sphere(1)).shell(0.05)",
+        "box((4, 0.6, 0.6)).bend(0.7).twist(2.5)",
+        "box((2, 0.6, 0.6)).bend(0.7).translate((5, 0, 0)).circular_array(8, 2).dilate(0.1)",
+        "box((4, 0.6, 0.6)).bend(0.7) | box((3, 0.3, 0.6)).bend(-1.7).translate((0, 0, 2))",
+    };
+    test::Random random(5);
+    for (const char* script : scripts) {
+        const bob::Expression f = *bob::run_script(script).expression;
+        const auto found = bob::find_bounds(f);
+        CHECK(found.has_value());
+        double low[3], high[3];  // of points inside, in and around the box
+        for (int axis = 0; axis < 3; ++axis) low[axis] = found->high[axis], high[axis] = found->low[axis];
+        for (int i = 0; i < 40'000; ++i) {
+            const float reach = i % 2 ? 0.5f : 2.f;
+            double p[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                const double middle = (found->low[axis] + found->high[axis]) / 2;
+                p[axis] = middle + static_cast<double>(random(-reach, reach)) * (found->high[axis] - found->low[axis]);
+            }
+            if (f(p[0], p[1], p[2]) > 0) continue;
+            for (int axis = 0; axis < 3; ++axis) low[axis] = std::min(low[axis], p[axis]), high[axis] = std::max(high[axis], p[axis]);
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            CHECK(found->low[axis] <= low[axis] && found->high[axis] >= high[axis]);
+            CHECK_LT(found->high[axis] - found->low[axis], 2 * (high[axis] - low[axis]));
+        }
+    }
+}
+
+TEST(turns_are_those_that_keep_distances_from_the_axis) {
+    Graph g;
+    const Value x = g.x(), y = g.y(), z = g.z(), c = cos(z * 3), s = sin(z * 3);
+    const auto is_bounded = [&](Value u, Value v) {
+        try {
+            return bob::find_bounds(g.expression(square(u) + square(v) * 4 + square(z) - 1)).has_value();
+        } catch (const std::invalid_argument&) {
+            return false;
+        }
+    };
+    CHECK(is_bounded(c * x - s * y, s * x + c * y));
+    CHECK(is_bounded(c * (x - 1) + (y + 2) * s, s * (x - 1) - c * (y + 2)));
+    // Both grow alike, and one is a multiple of the other: without an end.
+    CHECK(!is_bounded(c * x + s * y, s * y + c * x));
+    CHECK(!is_bounded(c * x - s * y, -(s * y - c * x)));
+}
+
 TEST(extents_are_those_of_looking_everywhere) {
     Graph g;
     const bob::Expression f = balls(g);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "formula/jumps.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
+#include "formula/turns.h"
 
 namespace bob {
 namespace {
@@ -21,12 +24,17 @@ constexpr int cuts = 16, block = 4;
 /// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
 constexpr std::uint64_t budget = 1'200'000'000, budget_to_tighten = 100'000'000;
 
+/// A formula in the forms that bound it.
+struct Forms {
+    const Tape& tape;
+    const Tape* jumping = nullptr;       // the same without modulo, to take jumps out of; null where they are left in
+    std::span<const std::vector<Tape>> parts = {};  // in sectors of their turns (formula/turns.h); none where these are left in
+};
+
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
 public:
-    /// `jumping`: the same without modulo, to take jumps out of; null where they are left in.
-    Inside(const Tape& tape, const Tape* jumping, const Bounds& box, Work& work)
-        : tape_(tape), jumping_(jumping), box_(box), work_(work), decisions_(tape.decisions().size()) {
+    Inside(const Forms& forms, const Bounds& box, Work& work) : forms_(forms), box_(box), work_(work) {
         std::vector<Index> blocks = all(cuts / block);
         for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
         look(blocks, block, [&](const Index& corner, const Finding& found) {
@@ -86,7 +94,7 @@ private:
         }
         bool found_one = false;
         look(unknown, 1, [&](const Index& at, const Finding& found) {
-            const bool maybe = found.maybe && !(jumping_ && is_outside_beside_jumps(at));
+            const bool maybe = found.maybe && !(forms_.jumping && is_outside_beside_jumps(at));
             known(at) = maybe ? Known::maybe : Known::outside;
             found_one = found_one || maybe;
             return !found_one;
@@ -102,15 +110,14 @@ private:
             cell.low[axis][0] = static_cast<float>(face(axis, k));
             cell.high[axis][0] = static_cast<float>(face(axis, k + 1));
         }
-        const auto apart = with_jumps_outside(*jumping_, cell, work_);
+        const auto apart = with_jumps_outside(*forms_.jumping, cell, work_);
         return apart && apart->nodes().back().op == Op::constant && apart->nodes().back().value > 0;
     }
 
     /// f in parts of the box, `side` cells long; each is reported until `tell` returns false.
     template <class Tell>
     void look(const std::vector<Index>& corners, int side, Tell tell) {
-        const FormulaKernels& kernels = best_formula_kernels();
-        const auto lanes = static_cast<std::size_t>(kernels.lanes);
+        const auto lanes = static_cast<std::size_t>(best_formula_kernels().lanes);
         bool go_on = true;
         for (std::size_t first = 0; first < corners.size() && go_on; first += lanes) {
             BoxBatch boxes{};
@@ -126,13 +133,31 @@ private:
                 for (; first < corners.size() && go_on; ++first) go_on = tell(corners[first], Finding{true, false});
                 return;
             }
-            work_.spend(lanes * tape_.code().count);
-            kernels.bounds(tape_.code(), boxes, decisions_.data(), scratch(tape_.code().registers));
+            const std::uint32_t maybe = maybe_inside(forms_.tape, boxes);
+            std::uint32_t in_sectors = forms_.parts.empty() ? maybe : 0;
+            BoxBatch of_sector = boxes;
+            for (const std::vector<Tape>& part : forms_.parts) {
+                for (const Tape& sector : part) {
+                    if ((maybe & ~in_sectors) == 0) break;
+                    in_sectors |= maybe_inside(sector, of_sector);
+                }
+            }
             for (std::size_t lane = 0; lane < lanes && first + lane < corners.size(); ++lane) {
-                const bool maybe = !(boxes.least[lane] > 0 || boxes.nowhere >> lane & 1);
-                go_on = tell(corners[first + lane], Finding{maybe, std::isfinite(boxes.least[lane])}) && go_on;
+                go_on = tell(corners[first + lane], Finding{((maybe & in_sectors) >> lane & 1) != 0, std::isfinite(boxes.least[lane])}) && go_on;
             }
         }
+    }
+
+    /// In which boxes bounds allow f <= 0.
+    std::uint32_t maybe_inside(const Tape& tape, BoxBatch& boxes) {
+        const FormulaKernels& kernels = best_formula_kernels();
+        const Code code = tape.code();
+        decisions_.resize(std::max(decisions_.size(), tape.decisions().size()));
+        work_.spend(static_cast<std::size_t>(kernels.lanes) * code.count);
+        kernels.bounds(code, boxes, decisions_.data(), scratch(code.registers));
+        std::uint32_t result = 0;
+        for (int lane = 0; lane < kernels.lanes; ++lane) result |= static_cast<std::uint32_t>(!(boxes.least[lane] > 0)) << lane;
+        return result & ~boxes.nowhere;
     }
 
     [[nodiscard]] double face(int axis, int k) const {
@@ -140,8 +165,7 @@ private:
     }
     Known& known(const Index& at) { return known_[static_cast<std::size_t>((at[2] * cuts + at[1]) * cuts + at[0])]; }
 
-    const Tape& tape_;
-    const Tape* jumping_;
+    const Forms forms_;
     Bounds box_;
     Work& work_;
     std::vector<Decision> decisions_;
@@ -149,9 +173,9 @@ private:
 };
 
 /// A box made as small as can be seen; nothing where f is positive in all of it.
-std::optional<Bounds> shrunk(const Tape& tape, const Tape* jumping, Bounds box, Work& work) {
+std::optional<Bounds> shrunk(const Forms& forms, Bounds box, Work& work) {
     for (int round = 0; round < 100; ++round) {
-        const std::optional<Bounds> hull = Inside(tape, jumping, box, work).hull();
+        const std::optional<Bounds> hull = Inside(forms, box, work).hull();
         if (!hull) return std::nullopt;
         double least_left = 1;
         for (int axis = 0; axis < 3; ++axis) {
@@ -169,27 +193,37 @@ std::optional<Bounds> find_bounds(const Expression& f) {
     const Tape tape(f);
     std::optional<Tape> jumping;
     if (f.uses(Op::modulo) || std::any_of(tape.decisions().begin(), tape.decisions().end(), may_jump)) jumping.emplace(without_modulo(f));
-    // Cells with jumps in them hold more than the inside, however far out. To take jumps out takes long, and is done where it
-    // must be, and then to make the box smaller.
-    for (const bool without_jumps : {false, true}) {
-        if (without_jumps && !jumping) break;
-        const Tape* const taken_out = without_jumps ? &*jumping : nullptr;
+    const Forms plain{tape}, best{tape, jumping ? &*jumping : nullptr};
+    // A box if f is positive outside of it, and none if it is everywhere; nothing where that can't be seen.
+    const auto enclosed = [&](const Forms& forms) -> std::optional<std::optional<Bounds>> {
         Work work(budget);
         // A formula that overflows far out gives no bound there; nearer, it may.
         for (const double reach : {1e9, 1e6, 1e3, 30.}) {
-            const std::optional<Bounds> box = shrunk(tape, taken_out, {{-reach, -reach, -reach}, {reach, reach, reach}}, work);
-            if (!box) return std::nullopt;
+            const std::optional<Bounds> box = shrunk(forms, {{-reach, -reach, -reach}, {reach, reach, reach}}, work);
+            if (!box) return box;
             bool open = false;
             for (int axis = 0; axis < 3; ++axis) open = open || box->low[axis] <= -reach || box->high[axis] >= reach;
             if (!open) {
                 Work more(budget_to_tighten);
-                return jumping && !without_jumps ? shrunk(tape, &*jumping, *box, more) : box;
+                return best.jumping && !forms.jumping ? shrunk(best, *box, more) : box;
             }
             if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
-            if (!Inside(tape, taken_out, *box, work).is_vague()) break;
+            if (!Inside(forms, *box, work).is_vague()) break;
         }
+        return std::nullopt;
+    };
+    if (const auto found = enclosed(plain)) return *found;
+    // Cells with jumps in them hold more than the inside, however far out, and so do those in which a twist turns by any angle. To take
+    // jumps out takes long, and is done where it must be, and then to make the box smaller.
+    std::vector<std::vector<Tape>> parts;
+    for (const Sectors& part : in_sectors(f)) parts.emplace_back(part.begin(), part.end());
+    if (!parts.empty()) {
+        if (const auto found = enclosed({tape, nullptr, parts})) return *found;
     }
-    throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
+    if (jumping) {
+        if (const auto found = enclosed(best)) return *found;
+    }
+    throw std::invalid_argument("an expression that is bounded, got one whose inside may reach beyond 1e9 from the origin");
 }
 
 }  // namespace bob

@@ -153,9 +153,10 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
     file = path_of(path)
     ending = file.suffix.lower()
     if ending in MESH_READERS:
-        read = _read_mesh(path)
+        shapes: list[Instance] = []
+        read = _read_mesh(path, shapes)
         with _errors_of_one_line(file, "mesh"):
-            instances = read.instances(file.name)
+            instances = [*(read.instances(file.name) if len(read.part.triangles) else ()), *shapes]
         return instances[0] if len(instances) == 1 else Scene(instances)
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         check_file(file)
@@ -225,8 +226,8 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     return _read_mesh(path).mesh()
 
 
-def _read_mesh(path: str | bytes | os.PathLike[Any]) -> Joined:
-    """What can be drawn of a mesh's file."""
+def _read_mesh(path: str | bytes | os.PathLike[Any], shapes: list[Instance] | None = None) -> Joined:
+    """What can be drawn of a mesh's file: no triangle, if `shapes` receives all there is."""
     file = path_of(path)
     ending = one_line(file.suffix.lower())
     with _quiet(), _errors_of_one_line(file, "mesh"):
@@ -237,8 +238,8 @@ def _read_mesh(path: str | bytes | os.PathLike[Any]) -> Joined:
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
         with interrupts.heard("trimesh"):
-            read = joined(MESH_READERS[ending](file))
-            drawn = read.drawn()
+            read = joined(read_3mf(file, shapes) if ending == ".3mf" else MESH_READERS[ending](file))
+            drawn = read.drawn() if len(read.part.triangles) or not shapes else read
     total = len(read.part.triangles)
     if dropped := total - len(drawn.part.triangles):
         warnings.warn(

@@ -56,11 +56,15 @@ def tracer(scene: Any, sensor: int = 0, spp: int = 16, *, seed: int = 0) -> Mits
     ------
     InputError
         If mitsuba is not installed, or its variant needs an LLVM that is not there; if `scene` is no scene of its, has
-        no such sensor, or `spp` or `seed` is out of range.
+        no such sensor, or an integrator that starts at lamps; or if `spp` or `seed` is out of range.
     """
     mi = _mitsuba()
     if not isinstance(scene, mi.Scene):
         raise InputTypeError(f"scene: expected a scene of mitsuba's variant {mi.variant()}, got {type(scene).__name__}")
+    integrator = scene.integrator()
+    if not isinstance(integrator, mi.SamplingIntegrator):
+        name = integrator.class_name() if integrator else "none"
+        raise InputError(f"scene: expected an integrator with light along a ray, such as path, got {name}")
     count = len(scene.sensors())
     if not count:
         raise InputError("scene: expected one with a sensor, got one without")
@@ -147,11 +151,27 @@ class MitsubaTracer:
         """Red, green and blue of one path through a pixel."""
         inside = self._sampler.next_2d()
         ray, weight = self._ray(mi, x + inside.x, y + inside.y)
-        light, *_ = self._integrator.sample(self._scene, self._sampler, ray, None, True)
+        light = self._along(mi, ray)
         light = mi.unpolarized_spectrum(light * weight)
         if mi.is_spectral:
             light = mi.xyz_to_srgb(mi.spectrum_to_xyz(light, ray.wavelengths, True))
         return [light[0]] * 3 if mi.is_monochromatic else [light[0], light[1], light[2]]
+
+    def _along(self, mi: Any, ray: Any) -> Any:
+        """Radiance along a ray from the sensor, which may be in a medium."""
+        if not isinstance(self._integrator, mi.CppADIntegrator):  # those in Python have other arguments
+            return self._integrator.sample(self._scene, self._sampler, ray, self._sensor.get_medium(), True)[0]
+        return self._integrator.sample(
+            mode=_drjit().ADMode.Primal,
+            scene=self._scene,
+            sampler=self._sampler,
+            ray=ray,
+            depth=mi.UInt32(0),
+            δL=None,
+            δaovs=None,
+            state_in=None,
+            active=mi.Bool(True),
+        )[0]
 
     def _first_hit(self, mi: Any, x: Any, y: Any) -> Sequence[Any]:
         """Whether one ray hits; how far it goes and the normal on screen, 0 where it does not; and the albedo."""

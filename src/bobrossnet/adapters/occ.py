@@ -33,12 +33,14 @@ from OCP.TDF import TDF_ChildIterator, TDF_Label, TDF_Tool
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
-from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
+from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed, Triangles
+from bobrossnet.adapters.part import Part, placed
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError
 
@@ -154,7 +156,7 @@ class _Walk:
         shape = self.tool.GetShape_s(label)
         if shape.IsNull():
             return []
-        BRepTools.Clean_s(shape)  # without triangles, which files may have beside: OpenCascade can't convert these
+        BRepTools.Clean_s(shape)  # of the triangles that files may have next to surfaces; others stay
         colors = {
             _key(self.tool.GetShape_s(child)): _color(child)
             for child in _children(label)
@@ -180,6 +182,7 @@ class _Walk:
         """Convert the faces of a solid, of a shell, or single ones."""
         converted: list[FaceData] = []
         of_faces: list[Color | None] = []
+        of_triangles: list[Triangles] = []
         tolerance = RELATIVE_TOLERANCE * size
         gap = 5 * tolerance  # what is approximated may lie somewhat farther off
         for shape in shapes:
@@ -195,6 +198,9 @@ class _Walk:
                 key = _key(face)
                 color = colors.get(key) or of_shell.get(key) or whole
                 self.total += 1
+                if BRep_Tool.Surface_s(TopoDS.Face(face)) is None:  # OpenCascade crashes as it converts this
+                    of_triangles += _triangles(TopoDS.Face(face), color)
+                    continue
                 try:
                     faces = _faces(face, tolerance)
                 except Exception as error:  # OpenCascade raises all sorts of exceptions
@@ -202,7 +208,7 @@ class _Walk:
                 else:
                     converted += faces
                     of_faces += [color] * len(faces)
-        return Body(converted, of_faces, gap)
+        return Body(converted, of_faces, of_triangles, gap)
 
 
 def _children(label: Any) -> Iterator[Any]:
@@ -248,6 +254,24 @@ def _matrix(transformation: Any) -> NDArray[np.float64]:
     matrix = np.eye(4)
     matrix[:3] = [[transformation.Value(row, column) for column in range(1, 5)] for row in range(1, 4)]
     return matrix
+
+
+def _triangles(face: Any, color: Color | None) -> list[Triangles]:
+    """The triangles of a face, if it has any, in its place."""
+    location = TopLoc_Location()
+    stored = BRep_Tool.Triangulation_s(face, location)
+    if stored is None:
+        return []
+    matrix = _matrix(location.Transformation())
+    indices = range(1, stored.NbNodes() + 1)
+    points = np.array([_coordinates(stored.Node(i)) for i in indices]).reshape(-1, 3)
+    triangles = np.array([stored.Triangle(i).Get() for i in range(1, stored.NbTriangles() + 1)], np.int64) - 1
+    normals = np.array([_coordinates(stored.Normal(i)) for i in indices]) if stored.HasNormals() else None
+    part = placed(Part(points, triangles.reshape(-1, 3), normals), matrix)
+    if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+        turned = None if part.normals is None else -part.normals
+        part = part._replace(triangles=part.triangles[:, ::-1], normals=turned)
+    return [Triangles(part.vertices, part.triangles, part.normals, color)]
 
 
 # ---- From OpenCascade's faces to NURBS -------------------------------------------------------------------

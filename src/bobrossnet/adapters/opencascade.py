@@ -14,6 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart, check_library
+from bobrossnet.adapters.joined import joined
+from bobrossnet.adapters.part import Part
+from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import name_of, one_line, warn_of
@@ -40,11 +43,21 @@ class FaceData(NamedTuple):
     trims: list[list[CurveData]]
 
 
+class Triangles(NamedTuple):
+    """A face that is stored as triangles alone, without a surface."""
+
+    vertices: NDArray[np.float64]  # (V, 3)
+    triangles: NDArray[np.int64]  # (T, 3)
+    normals: NDArray[np.float64] | None  # (V, 3)
+    color: Color | None  # None: the color of the instance
+
+
 class Body(NamedTuple):
     """The faces of a solid, a shell, or of all that is in neither."""
 
     faces: list[FaceData]
     colors: list[Color | None]  # of the faces; None: the color of the instance
+    triangles: list[Triangles]
     tolerance: float  # how far apart the edges of neighbouring faces may be
 
 
@@ -78,8 +91,9 @@ def read_step(file: Path) -> list[Instance]:
     -------
     list of Instance
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; of a
-        material in its colour, or a white one where its faces have several. Named after the file's products, or the
-        file where these have no name. Points, curves and what is hidden are left out.
+        material in its colour, or a white one where its faces have several. Faces that AP242 stores as triangles
+        without a surface are meshes next to these. Named after the file's products, or the file where these have no
+        name. Points, curves and what is hidden are left out.
 
     Raises
     ------
@@ -106,10 +120,10 @@ def _read(file: Path, kind: str) -> list[Instance]:
     dropped = assembly.dropped
     parts = [[_Solid(body, dropped) for body in bodies] for bodies in assembly.parts]
     instances = [
-        solid.placed(place, one_line(place.name) or name_of(file))
+        instance
         for place in assembly.placed
         for solid in parts[place.part]
-        if solid.faces
+        for instance in solid.placed(place, one_line(place.name) or name_of(file))
     ]
     if not instances:
         raise InputError(f"expected faces, got {assembly.total:,} that can't be converted ({dropped[0]})")
@@ -149,6 +163,7 @@ class _Solid:
         self.colors: list[Color | None] = []
         self.plain: Brep | None = None
         self.painted: dict[Color | None, Brep] = {}  # by the colour of faces without one
+        self.meshes: list[tuple[Mesh, Color | None]] = []
         for data, color in zip(body.faces, body.colors, strict=True):
             try:
                 self.faces.append(_face(data))
@@ -156,19 +171,36 @@ class _Solid:
                 dropped.append(str(error))
             else:
                 self.colors.append(color)
+        parts: dict[Color | None, list[Part]] = {}
+        for vertices, triangles, normals, color in body.triangles:
+            parts.setdefault(color, []).append(Part(vertices, triangles, normals))
+        for color, alike in parts.items():
+            try:
+                self.meshes.append((joined(alike).drawn().mesh(), color))
+            except InputError as error:
+                dropped.append(str(error))
 
-    def placed(self, place: Placed, name: str) -> Instance:
+    def placed(self, place: Placed, name: str) -> list[Instance]:
+        """The faces with a surface, and those of triangles by their colours."""
+        meshes = [Instance(mesh, place.matrix, _material(color or place.color), name) for mesh, color in self.meshes]
+        return [self._surfaces(place, name), *meshes] if self.faces else meshes
+
+    def _surfaces(self, place: Placed, name: str) -> Instance:
         """Where all of it is of one colour, that is the material's, so that places of several colours share a shape."""
         colors = {color or place.color for color in self.colors}
         if len(colors) == 1:
             (color,) = colors
             self.plain = self.plain or Brep(self.faces, self.tolerance)
-            return Instance(self.plain, place.matrix, None if color is None else Material(color), name)
+            return Instance(self.plain, place.matrix, _material(color), name)
         if place.color not in self.painted:
             faces = zip(self.faces, self.colors, strict=True)
             painted = [_painted(face, color or place.color) for face, color in faces]
             self.painted[place.color] = Brep(painted, self.tolerance)
         return Instance(self.painted[place.color], place.matrix, None, name)
+
+
+def _material(color: Color | None) -> Material | None:
+    return None if color is None else Material(color)
 
 
 def _face(data: FaceData) -> Face:

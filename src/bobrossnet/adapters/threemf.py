@@ -1,4 +1,4 @@
-"""3MF: a zip file of XML; objects, where they are built, the colours of their triangles, and their textures.
+"""3MF: a package of XML; objects, where they are built, the colours of their triangles, their textures and beams.
 
 It is read here because trimesh 5.2 needs lxml and networkx for it, and walks every path through the
 components, of which a file of a few lines can have 2ⁿ.
@@ -7,81 +7,144 @@ components, of which a file of a few lines can have 2ⁿ.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections import Counter
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import IO, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import ColorFormula
+from bobrossnet.adapters.opc import Package
 from bobrossnet.adapters.part import Part, counted, placed
-from bobrossnet.adapters.surface import Pictures, Surface, Texture
+from bobrossnet.adapters.threemf_beams import Lattice
+from bobrossnet.adapters.threemf_colors import Palette, Swatch, Textures, numbers
+from bobrossnet.adapters.threemf_functions import Domain, Functions, Mesh
 from bobrossnet.adapters.xml import read_xml
-from bobrossnet.color import linear
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
-from bobrossnet.support.messages import one_line, warn_of
-
-if TYPE_CHECKING:
-    from zipfile import ZipFile
+from bobrossnet.support.messages import errors_at, one_line, warn_of
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.material import Material
 
 MAX_INSTANCES = 100_000
 
+MICROSOFT = "http://schemas.microsoft.com/3dmanufacturing/"
+CONSORTIUM = "http://schemas.3mf.io/"
+
+EXTENSIONS = {
+    MICROSOFT + "material/2015/02": "m",
+    MICROSOFT + "production/2015/06": "p",
+    MICROSOFT + "slice/2015/07": "s",
+    MICROSOFT + "beamlattice/2017/02": "b",
+    MICROSOFT + "beamlattice/balls/2020/07": "b2",
+    MICROSOFT + "trianglesets/2021/07": "t",
+    MICROSOFT + "displacement/2022/07": "d",
+    CONSORTIUM + "3dmanufacturing/displacement/2023/10": "d",
+    CONSORTIUM + "3dmanufacturing/booleanoperations/2023/07": "bo",
+    CONSORTIUM + "3dmanufacturing/volumetric/2022/01": "v",
+    CONSORTIUM + "3dmanufacturing/implicit/2023/12": "i",
+}
+"""The namespaces of extensions that are read, or whose meshes are right without them, by the usual prefixes."""
+
+NOT_SHOWN = {
+    "m:multiproperties": "multiproperties",
+    "m:pbspeculardisplayproperties": "display properties",
+    "m:pbmetallicdisplayproperties": "display properties",
+    "m:pbspeculartexturedisplayproperties": "display properties",
+    "m:pbmetallictexturedisplayproperties": "display properties",
+    "m:translucentdisplayproperties": "display properties",
+    "d:displacementmesh": "displacements",
+    "bo:booleanshape": "Boolean operations",
+    "v:composite": "mixtures of materials",
+    "v:property": "properties in space",
+}
+"""Elements that are passed over, as a warning names them."""
+
+MESH_OF_DISPLACEMENT = {f"d:{name}": name for name in ("vertex", "triangle")}
+
 Key: TypeAlias = tuple[str, str]
-"""The model file that an object is in, and its id there."""
-
-Swatch: TypeAlias = tuple[str, str]
-"""The id of a group of colours, and the number of one of these."""
+"""The part of the package that an object is in, and its id there."""
 
 
-class Instance(NamedTuple):
+class Reference(NamedTuple):
     key: Key
     matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
 
 
 class Object(NamedTuple):
     parts: list[Part]
-    components: list[Instance]
+    instances: list[Instance]
+    """Of shapes that are no meshes."""
+    components: list[Reference]
 
 
-def read_3mf(file: Path) -> list[Part]:
-    """The meshes of what a 3MF builds, each where it is built.
+def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
+    """The meshes of all that a 3MF builds, each where it is built.
 
-    A texture that can't be read is left out, with a warning.
+    `instances` receives the shapes that are no meshes; if omitted, they are left out, with a warning. So is a texture
+    that can't be read, and whatever else is not shown.
 
     Raises
     ------
     InputError
-        If there is no model in it, one that unpacks without end, an object that is missing, or too many.
+        If there is no model in it, one that unpacks without end, one that requires an extension that is not read, an
+        object that is missing, or too many.
     """
-    from zipfile import BadZipFile
+    from zipfile import BadZipFile, ZipFile
 
+    left: Counter[str] = Counter()
     try:
-        return _read_parts(file)
+        with ZipFile(file) as archive:
+            parts, shapes = _built(*_read_models(Package(file, archive), left))
     except (BadZipFile, zlib.error, OSError, EOFError, NotImplementedError) as error:
         raise InputError(f"expected a zip file that can be unpacked, got another ({error})") from error
+    if instances is None:
+        left["beam lattices and formulas, which bobrossnet.load shows"] += len(shapes)
+    else:
+        instances += shapes
+    names = ", ".join(f"{name} ({count:,})" for name, count in left.items() if count)
+    if names and not (parts or instances):
+        raise InputError(f"expected triangles, got none; left out {names}")
+    if names:
+        warn_of(file, f"left out {names}")
+    return parts
 
 
-def _read_parts(file: Path) -> list[Part]:
-    from zipfile import ZipFile
-
-    objects: dict[Key, Object] = {}
-    items: list[Instance] = []
-    with ZipFile(file) as archive:
-        models = [info for info in archive.infolist() if info.filename.lower().endswith(".model")]
-        _check_unpacked("a 3MF model", sum(info.file_size for info in models), file)
-        textures = _Textures(file, archive)
-        for info in models:
-            with archive.open(info) as stream:
-                items += _read_model(stream, info.filename.lower().strip("/"), objects, textures)
-    if not models:
+def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object], list[Reference]]:
+    """The objects of the root model and of those that it names, and what the former builds."""
+    found = package.target("/3dmodel") or package.part("3D/3dmodel.model")
+    root = found or next(iter(package.ending_in(".model")), None)
+    if root is None:
         raise InputError("expected a 3MF with a 3D/3dmodel.model in it, got none")
+    objects: dict[Key, Object] = {}
+    textures = Textures(package)
+    models, done = [root], {root.filename}
+    built: list[Reference] | None = None
+    while models:
+        info = models.pop()
+        package.count("a 3MF model", info)
+        with package.archive.open(info) as stream:
+            model = _Model(package, info.filename, textures, left)
+            model.read(stream)
+        objects |= model.objects
+        built = model.built if built is None else built  # other models' are for them alone
+        for name in model.named:
+            other = package.part(name)
+            if other is not None and other.filename not in done:
+                done.add(other.filename)
+                models.append(other)
+    return objects, built or []
 
-    # What is built is placed; whatever it is made of is placed relative to it.
+
+def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Part], list[Instance]]:
+    """What is built, placed; whatever it is made of is placed relative to it."""
     parts: list[Part] = []
+    shapes: list[Instance] = []
     visited = total = 0
-    while items:
-        key, matrix = items.pop()
+    references = built.copy()
+    while references:
+        key, matrix = references.pop()
         found = objects.get(key)
         if found is None:
             raise InputError(f"expected an object with id {key[1]}, found none")
@@ -92,181 +155,191 @@ def _read_parts(file: Path) -> list[Part]:
             total = counted(total, len(part.triangles) + len(part.vertices))
             if len(part.vertices):
                 parts.append(placed(part, matrix))
-        items += [Instance(child, matrix @ relative) for child, relative in found.components]
-    return parts
+        shapes += [instance.transformed(matrix) for instance in found.instances]
+        if len(shapes) > MAX_INSTANCES:
+            raise InputError(f"expected at most {MAX_INSTANCES:,} beam lattices and formulas, got more")
+        references += [Reference(child, matrix @ relative) for child, relative in found.components]
+    return parts, shapes
 
 
-def _check_unpacked(what: str, unpacked: int, file: Path) -> None:
-    # Coordinates shrink to a third or a tenth of their text, pictures not at all; only a bomb shrinks to a hundredth.
-    if unpacked > 1 << 26 and unpacked > 100 * file.stat().st_size:
-        raise InputError(f"expected {what}, got a zip file that unpacks to {unpacked:,} bytes")
+class _Model:
+    """The objects of one model file, and what it builds."""
 
+    def __init__(self, package: Package, name: str, textures: Textures, left: Counter[str]) -> None:
+        self.package, self.name, self.left = package, name, left
+        self.palette = Palette(textures)
+        self.objects: dict[Key, Object] = {}
+        self.built: list[Reference] = []
+        self.named: list[str] = []
+        """Other models in the package."""
+        self.kinds: dict[str, str] = {}
+        """Namespaces that are read, with how their elements' names begin."""
+        self.prefixes: dict[str, str] = {}
+        self.functions = Functions()
+        self.meshes: dict[str, Mesh] = {}
+        """Of objects, by their ids, if there are functions, which may use them."""
+        self.level_sets: list[tuple[str, dict[str, str], Material | None, str]] = []
+        """Ids of their objects, attributes, materials and names."""
+        self.volume = ""
+        self.color_of: dict[str, dict[str, str]] = {}
+        """Attributes of functions of colours, by the ids of what they belong to."""
+        self._start_object({})
 
-class _Textures(dict[str, Texture | None]):
-    """Pictures in a 3MF, by their paths in it; None, with a warning, where one can't be read."""
+    def read(self, stream: IO[bytes]) -> None:
+        read_xml(stream, self._start, self._end, prefix=self.prefixes.__setitem__)
+        if not self.kinds:
+            raise InputError("expected a 3MF model, got XML without elements")
+        for number, get, material, label in self.level_sets:
+            if shape := self._level_set(get):
+                instance = Instance(shape, material=material, name=label)
+                self.objects[self.name, number] = Object([], [instance], [])
 
-    def __init__(self, file: Path, archive: ZipFile) -> None:
-        super().__init__()
-        self.file, self.archive, self.pictures, self.unpacked = file, archive, Pictures(), 0
-        self.names = {info.filename.lower().strip("/"): info for info in archive.infolist()}
+    def _start_object(self, get: dict[str, str]) -> None:
+        self.get = get
+        self.points: list[list[str]] = []
+        self.corners: list[list[str]] = []
+        self.chosen: list[tuple[Swatch, ...]] = []  # of each triangle's corners
+        self.components: list[Reference] = []
+        self.lattice: Lattice | None = None
+        self.of_object: tuple[Swatch, ...] = ((get["pid"], get.get("pindex", "")),) if "pid" in get else ()
 
-    def __missing__(self, path: str) -> Texture | None:
-        texture = None
-        try:
-            info = self.names.get(path.lower().strip("/"))
-            if info is None:
-                raise InputError("expected a picture in the file, found none of that name")
-            _check_unpacked("pictures", self.unpacked + info.file_size, self.file)
-            self.unpacked += info.file_size
-            texture = Texture(self.pictures.decoded(self.archive.read(info)))
-        except InputError as error:
-            warn_of(self.file, f"texture {one_line(path) or 'without a path'} was left out: {error}")
-        self[path] = texture
-        return texture
+    def _start_model(self, name: str, get: dict[str, str]) -> None:
+        core, _, local = name.rpartition("}")
+        if local != "model":
+            raise InputError(f"expected a 3MF model, got the element {one_line(local)}")
+        self.kinds = {core: ""} | {namespace: prefix + ":" for namespace, prefix in EXTENSIONS.items()}
+        for prefix in get.get("requiredextensions", "").split():
+            namespace = self.prefixes.get(prefix)
+            if namespace not in self.kinds:
+                raise InputError(
+                    f"requiredextensions: expected extensions that are read, got {one_line(namespace or prefix)}"
+                )
 
-
-def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object], textures: _Textures) -> list[Instance]:
-    """Collect the objects of one model file into `objects`; return what it builds."""
-    items: list[Instance] = []
-    points: list[list[str]] = []
-    corners: list[list[str]] = []
-    components: list[Instance] = []
-    ids: list[str] = []
-    palette = _Palette(textures)
-    chosen: list[tuple[Swatch, ...]] = []  # of each triangle's corners
-    of_object: list[Swatch] = []
-
-    def start(name: str, get: dict[str, str]) -> None:
-        kind = _local(name)
+    def _start(self, name: str, get: dict[str, str]) -> None:
+        if not self.kinds:
+            self._start_model(name, get)
+        namespace, _, local = name.rpartition("}")
+        if namespace not in self.kinds:
+            return
+        kind = self.kinds[namespace] + local
+        if kind.startswith("i:"):
+            self.functions.start(local, get)
+            return
+        kind = MESH_OF_DISPLACEMENT.get(kind, kind)
+        palette = self.palette
         if kind == "vertex":
-            points.append(_values(kind, get, "x", "y", "z"))
+            self.points.append(_values(kind, get, "x", "y", "z"))
         elif kind == "triangle":
-            corners.append(_values(kind, get, "v1", "v2", "v3"))
-            group, first = get.get("pid", of_object[-1][0] if of_object else ""), get.get("p1")
-            own = of_object[-1:] if first is None else [(group, get.get(name, first)) for name in ("p1", "p2", "p3")]
-            chosen.append(tuple(own))
-        elif kind in ("component", "item"):
-            path = next((value for key, value in get.items() if _local(key) == "path"), model)
-            (number,) = _values(kind, get, "objectid")
-            key = path.lower().strip("/"), number
-            instance = Instance(key, _matrix(get.get("transform")))
-            (components if kind == "component" else items).append(instance)
-        elif kind == "object":
-            ids.extend(_values(kind, get, "id"))
-            of_object[:] = [(get.get("pid", ""), get.get("pindex", ""))]
-        elif kind in ("basematerials", "colorgroup"):
-            palette.start(get.get("id", ""))
-        elif kind in ("base", "color"):
-            palette.add(get.get("displaycolor" if kind == "base" else "color", ""))
-        elif kind == "texture2d":
-            palette.pictures[get.get("id", "")] = get.get("path", ""), _wrap(get, "u"), _wrap(get, "v")
-        elif kind == "texture2dgroup":
-            palette.start(get.get("id", ""), get.get("texid", ""))
-        elif kind == "tex2coord":
-            palette.add_place(_values(kind, get, "u", "v"))
-
-    def end(name: str) -> None:
-        if _local(name) == "object":
-            vertices = _numbers(points).reshape(-1, 3)
-            triangles = _numbers(corners).astype(np.int64).reshape(-1, 3)
-            objects[model, ids.pop()] = Object(palette.parts(vertices, triangles, chosen), components.copy())
-            for read in (points, corners, components, chosen):
-                read.clear()
-
-    read_xml(stream, start, end)
-    return items
-
-
-class _Palette:
-    """The colours of a model, and places on its textures, by the ids of their groups and their numbers there."""
-
-    def __init__(self, textures: _Textures) -> None:
-        self.textures = textures
-        self.pictures: dict[str, tuple[str, str, str]] = {}
-        """Path and how they wrap, by the ids of textures."""
-        self.picture_of: dict[str, str] = {}
-        """Ids of textures, by groups of places on them."""
-        self.colors: dict[Swatch, tuple[float, float, float]] = {}
-        self.places: dict[Swatch, list[str]] = {}
-        self.group, self.count = "", 0
-
-    def start(self, group: str, picture: str | None = None) -> None:
-        """Begin a group, of colours or of places on a texture."""
-        self.group, self.count = group, 0
-        if picture is not None:
-            self.picture_of[group] = picture
-
-    def add(self, color: str) -> None:
-        """Add a colour to the group: sRGB as #rrggbb or #rrggbbaa; white if it is another."""
-        with suppress(InputError):
-            self.colors[self.group, str(self.count)] = linear("color", color[:7])
-        self.count += 1
-
-    def add_place(self, place: list[str]) -> None:
-        """Add a place on its texture to the group."""
-        self.places[self.group, str(self.count)] = place
-        self.count += 1
-
-    def parts(
-        self, vertices: NDArray[np.float64], triangles: NDArray[np.int64], chosen: Sequence[tuple[Swatch, ...]]
-    ) -> list[Part]:
-        """An object in a part for each of its textures, and one for the rest."""
-        if not self.picture_of:
-            return [Part(vertices, triangles, face_colors=self.of_triangles(chosen))]
-        rows_of: dict[str | None, list[int]] = {None: []}
-        for row, swatches in enumerate(chosen):
-            rows_of.setdefault(self.picture_of.get(swatches[0][0]) if swatches else None, []).append(row)
-        parts = []
-        points = np.vstack([vertices, np.full(3, np.nan)])
-        for picture, rows in rows_of.items():
-            own, looks = triangles[rows], [chosen[row] for row in rows]
-            if picture is None:
-                parts.append(Part(vertices, own, face_colors=self.of_triangles(looks)))
+            self.corners.append(_values(kind, get, "v1", "v2", "v3"))
+            first = get.get("p1")
+            if first is None:
+                self.chosen.append(self.of_object)
             else:
-                parts.append(self._laid(points, own, looks, picture))
-        return parts
+                group = get.get("pid", self.get.get("pid", ""))
+                self.chosen.append(((group, first), (group, get.get("p2", first)), (group, get.get("p3", first))))
+        elif kind in ("component", "item"):
+            (self.components if kind == "component" else self.built).append(self._reference(kind, get))
+        elif kind == "object":
+            self._start_object({"id": _values(kind, get, "id")[0]} | get)
+            if self._attribute(get, "s:meshresolution") == "lowres":
+                self.left["slices of coarse meshes"] += 1
+        elif kind in ("basematerials", "m:colorgroup"):
+            palette.start(get.get("id", ""), flat=kind == "basematerials")
+        elif kind in ("base", "m:color"):
+            palette.add(get.get("displaycolor" if kind == "base" else "color", ""))
+        elif kind == "m:compositematerials":
+            palette.start_mixtures(get.get("id", ""), get.get("matid", ""), get.get("matindices", ""))
+        elif kind == "m:composite":
+            palette.add_mixture(get.get("values", ""))
+        elif kind == "m:texture2d":
+            palette.pictures[get.get("id", "")] = get.get("path", ""), _wrap(get, "u"), _wrap(get, "v")
+        elif kind == "m:texture2dgroup":
+            palette.start(get.get("id", ""), get.get("texid", ""))
+        elif kind == "m:tex2coord":
+            palette.add_place(_values(kind, get, "u", "v"))
+        elif kind == "b:beamlattice":
+            self.lattice = Lattice(get, self.get)
+        elif kind == "b:beam" and self.lattice:
+            self.lattice.add_beam(get, *_values(kind, get, "v1", "v2"))
+        elif kind == "b2:ball" and self.lattice:
+            self.lattice.add_ball(get, *_values(kind, get, "vindex"))
+        elif kind == "v:functionfromimage3d":
+            self.functions[get.get("id", "")] = None
+        elif kind == "v:volumedata":
+            self.volume = get.get("id", "")
+        elif kind == "v:color":
+            self.color_of[self.volume] = get
+        elif kind == "v:levelset":
+            label = self.get.get("name") or self.get.get("partnumber") or self.package.file.name
+            material = Material(color=self.palette.of(self.of_object)[0]) if self.of_object else None
+            self.level_sets.append((self.get.get("id", ""), get, material, label))
+        elif kind in NOT_SHOWN:
+            self.left[NOT_SHOWN[kind]] += 1
 
-    def _laid(
-        self,
-        points: NDArray[np.float64],
-        triangles: NDArray[np.int64],
-        chosen: Sequence[tuple[Swatch, ...]],
-        picture: str,
-    ) -> Part:
-        """A part on a texture, whose corners are vertices of their own; the last of the points stands for any that is
-        missing."""
-        path, *wrap = self.pictures.get(picture, ("", "repeat", "repeat"))
-        texture = self.textures[path]
-        none = ["nan", "nan"]
-        uv = _numbers([self.places.get(swatch, none) for own in chosen for swatch in (own * 3)[:3]]).reshape(-1, 2)
-        corners = triangles.reshape(-1)
-        return Part(
-            points[np.where((corners >= 0) & (corners < len(points)), corners, -1)],
-            np.arange(len(corners)).reshape(-1, 3),
-            uv=uv * (1, -1) + (0, 1),  # a 3MF counts from the bottom up
-            surface=Surface(texture=texture and texture._replace(wrap=(wrap[0], wrap[1]))),
-        )
+    def _end(self, name: str) -> None:
+        namespace, _, local = name.rpartition("}")
+        if self.kinds.get(namespace) == "i:":
+            self.functions.end(local)
+        if local != "object" or self.kinds.get(namespace) != "":
+            return
+        vertices = numbers(self.points).reshape(-1, 3)
+        triangles = numbers(self.corners).astype(np.int64).reshape(-1, 3)
+        self.meshes[self.get.get("id", "")] = vertices, triangles
+        instances = []
+        if self.lattice:
+            tubes = self.lattice.tubes(vertices, self.palette, self.left)
+            label = self.get.get("name") or self.package.file.name
+            instances = [Instance(tube, material=Material(color=color), name=label) for tube, color in tubes]
+        parts = self.palette.parts(vertices, triangles, self.chosen) if len(triangles) or not instances else []
+        self.objects[self.name, self.get.get("id", "")] = Object(parts, instances, self.components)
+        self._start_object({})
 
-    def of_triangles(self, chosen: Sequence[tuple[Swatch, ...]]) -> NDArray[np.float64] | None:
-        """Linear RGB, (T, 3), each the mean of what its corners chose; None without colours."""
-        if not self.colors:
+    def _level_set(self, get: dict[str, str]) -> Implicit | None:
+        """The surface of a function within a mesh or its box; None if it is one of an image."""
+        function, channel, domain = _values("levelset", get, "functionid", "channel", "meshid")
+        if domain not in self.meshes or not len(self.meshes[domain][0]):
+            raise InputError(f"levelset: expected a mesh with id {one_line(domain)} around it, got none")
+        if function in self.functions and self.functions[function] is None:
+            self.left["level sets of images"] += 1
             return None
-        means = {
-            swatches: np.mean([self.colors.get(swatch, (1, 1, 1)) for swatch in swatches or [("", "")]], axis=0)
-            for swatches in set(chosen)
-        }
-        return np.array([means[swatches] for swatches in chosen]).reshape(-1, 3)
+        within = Domain(domain, get.get("meshbboxonly") in ("true", "1"))
+        matrix, color = _matrix(get.get("transform")), self._color(get.get("volumeid", ""))
+        with errors_at("levelset"):
+            return self.functions.level_set(function, channel, matrix, self.meshes, within, color)
+
+    def _color(self, volume: str) -> ColorFormula | None:
+        get = self.color_of.get(volume)
+        if get is None:
+            return None
+        function, channel = _values("color", get, "functionid", "channel")
+        if function in self.functions and self.functions[function] is None:
+            self.left["colours of images in space"] += 1
+            return None
+        with errors_at("color"):
+            return self.functions.color(function, channel, _matrix(get.get("transform")), self.meshes)
+
+    def _attribute(self, get: dict[str, str], kind: str) -> str | None:
+        """An attribute of an extension, by its usual prefix."""
+        for name, value in get.items():
+            namespace, _, local = name.rpartition("}")
+            if namespace and self.kinds.get(namespace, "") + local == kind:
+                return value
+        return None
+
+    def _reference(self, kind: str, get: dict[str, str]) -> Reference:
+        (number,) = _values(kind, get, "objectid")
+        path = self._attribute(get, "p:path")
+        if path is None:
+            return Reference((self.name, number), _matrix(get.get("transform")))
+        self.named.append(path)
+        found = self.package.part(path)
+        return Reference((found.filename if found else path, number), _matrix(get.get("transform")))
 
 
 def _wrap(texture: dict[str, str], axis: str) -> str:
     """How a texture wraps along an axis. What has none there is taken to go on as it ends."""
     style = texture.get(f"tilestyle{axis}", "wrap")
     return {"mirror": "mirror", "clamp": "clamp", "none": "clamp"}.get(style, "repeat")
-
-
-def _local(name: str) -> str:
-    """A name without its namespace."""
-    return name.rpartition("}")[2]
 
 
 def _values(element: str, attributes: dict[str, str], *names: str) -> list[str]:
@@ -276,19 +349,12 @@ def _values(element: str, attributes: dict[str, str], *names: str) -> list[str]:
         raise InputError(f"{element}: expected the attribute {error.args[0]}, got none") from error
 
 
-def _numbers(words: Iterable[str | list[str]]) -> NDArray[np.float64]:
-    try:
-        return np.array(words, dtype=np.float64)
-    except ValueError as error:
-        raise InputError(f"expected numbers, got others ({error})") from error
-
-
 def _matrix(text: str | None) -> NDArray[np.float64]:
     """Read the 12 numbers of a transform, which 3MF multiplies from the right."""
     matrix = np.eye(4)
     if text:
-        numbers = _numbers(text.split())
-        if len(numbers) != 12:
-            raise InputError(f"transform: expected 12 numbers, got {len(numbers)}")
-        matrix[:3] = numbers.reshape(4, 3).T
+        values = numbers(text.split())
+        if len(values) != 12:
+            raise InputError(f"transform: expected 12 numbers, got {len(values)}")
+        matrix[:3] = values.reshape(4, 3).T
     return matrix

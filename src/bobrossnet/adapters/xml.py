@@ -25,10 +25,12 @@ def read_xml(
     data: Callable[[str], object] | None = None,
     *,
     encoding: str | None = None,
+    prefix: Callable[[str, str], object] | None = None,
 ) -> None:
     """Tell of each element where it starts, with its attributes, and where it ends, and of the text between.
 
-    Names in a namespace come as "namespace}name". An encoding overrides the file's own word for it.
+    Names in a namespace come as "namespace}name". An encoding overrides the file's own word for it. `prefix` is told of
+    each prefix and its namespace, before the element that declares it.
 
     Raises
     ------
@@ -63,6 +65,10 @@ def read_xml(
     parser.EndElementHandler = ends
     parser.CharacterDataHandler = data
     parser.StartDoctypeDeclHandler = document_type
+    if prefix is not None:
+        parser.StartNamespaceDeclHandler = lambda short, namespace: prefix(short or "", namespace or "")
+    if prefix is not None:
+        parser.StartNamespaceDeclHandler = lambda short, namespace: prefix(short or "", namespace or "")
     total = 0
     try:
         while chunk := stream.read(CHUNK):

@@ -31,6 +31,17 @@ ENDING = ".exr"
 
 ROLES = ("color", "depth", "normal", "albedo", "mask")
 
+OF_PICTURE = (
+    "dataWindow",
+    "displayWindow",
+    "pixelAspectRatio",
+    "screenWindowCenter",
+    "screenWindowWidth",
+    "chromaticities",
+    "whiteLuminance",
+)
+"""Attributes that a completed picture has as well: where it is, and what its numbers mean."""
+
 KNOWN_BETWEEN = 0.05
 """A layer is dense if its rate of nonzero values outside the mask is at least this fraction of the rate inside."""
 
@@ -133,7 +144,8 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
     try:
         with openexr.File(str(path), separate_channels=True) as file:
-            parts = [(part.header, {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
+            # A file that is closed takes its headers with it.
+            parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
     except Exception as error:  # OpenEXR raises plain exceptions
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {reason}") from None
@@ -141,8 +153,8 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     for header, channels in parts:
         prefix = f"{header['name']}." if len(parts) > 1 and header.get("name") else ""
         for name, pixels in channels.items():
-            if pixels is None or pixels.ndim != 2:
-                raise InputError(f"{path}: expected flat channels, got a deep one, {name}")
+            if pixels is None or pixels.ndim != 2 or pixels.dtype.hasobject:  # of a deep picture, an array each
+                raise InputError(f"{path}: expected a flat picture, got a deep one, in {name}; flatten it first")
             planes[name if name not in planes else prefix + name] = pixels
     if not planes:
         raise InputError(f"{path}: expected an OpenEXR file with channels, got none")
@@ -150,13 +162,15 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     if len(sizes) > 1:
         raise InputError(f"{path}: expected channels of one size, got {len(sizes)} different ones")
     check_size(next(iter(sizes)))
+    windows = {str(header.get("dataWindow")) for header, channels in parts if channels}
+    if len(windows) > 1:
+        raise InputError(f"{path}: expected parts with one data window, got {len(windows)} different ones")
     roles = _roles(planes)
     for role, name in (names or {}).items():
         roles[role] = _named(path, planes, role, name)
     if "color" not in roles:
         raise InputError(f"{path}: expected colours, R, G and B or Y, got {_listed(planes)}; --color names a layer")
-    kept = {name: value for name, value in parts[0][0].items() if name in ("dataWindow", "displayWindow")}
-    return ExrFile(planes, roles, kept)
+    return ExrFile(planes, roles, {name: value for name, value in parts[0][0].items() if name in OF_PICTURE})
 
 
 def write_exr(

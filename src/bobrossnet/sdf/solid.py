@@ -16,6 +16,7 @@ from bobrossnet.shapes.affine import IDENTITY
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.shapes.mesh import Mesh, check_mesh_path
+from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, check_array, check_integer, check_number, shape_of
 from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.trace import trace
@@ -51,14 +52,15 @@ class Solid(words.SDF, Implicit):
         size: SizeLike = (480, 640),
         camera: Camera | None = None,
     ) -> None:
-        """Write the shape as a mesh or a picture.
+        """Write the shape as a mesh, as a formula, or as a picture.
 
         Parameters
         ----------
         path : str or path
-            The ending selects a mesh, .stl, .ply, .obj or .glb, or a picture, such as ``.png``.
+            The ending selects a mesh, .stl, .ply, .obj or .glb; a formula, .3mf, in millimetres, by the Volumetric and
+            Implicit Extensions 1.0; or a picture, such as ``.png``.
         step, bounds, samples
-            As in `generate`; a picture uses the bounds alone.
+            As in `generate`; a picture and a 3MF use the bounds alone.
         workers, batch_size, verbose, sparse
             Accepted for fogleman/sdf, and ignored.
         size : (height, width) or "WIDTHxHEIGHT"
@@ -75,12 +77,17 @@ class Solid(words.SDF, Implicit):
         if ending in MESH_FORMATS:
             check_mesh_path(path)
             self._within(bounds, step, samples).save(path)
+        elif ending == ".3mf":
+            from bobrossnet.adapters.threemf_writing import written_3mf
+
+            path = check_writable(path)
+            write_whole(path, written_3mf(self._in(bounds)))
         elif ending in FORMATS:
             path = check_picture_path(path)
             seen = trace(self._in(bounds), camera, size=size)
             write_picture(path, color_to_8_bit(seen.color if self.is_colored else seen.gray))
         else:
-            endings = " ".join([*MESH_FORMATS, *FORMATS])
+            endings = " ".join([*MESH_FORMATS, ".3mf", *FORMATS])
             raise InputError(f"{path}: expected the ending of a mesh or a picture ({endings}), got {ending or 'none'}")
 
     def generate(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -104,8 +104,31 @@ class Tube(Shape):
         InputError
             If the step is below 1/4000 of the longest side, or there would be more than 33 million triangles.
         """
-        circles = Circles(self, self.check_step(step))
-        return Mesh.owning(circles.vertices(), circles.triangles())
+        step = self.check_step(step)
+        parts = [Circles(curve, step) for curve in self._curves()]
+        check_count(sum(len(part.center) * part.corners for part in parts), step)
+        vertices = [part.vertices() for part in parts]
+        first = np.cumsum([0, *map(len, vertices[:-1])])
+        triangles = [part.triangles() + start for part, start in zip(parts, first, strict=True)]
+        return Mesh.owning(np.concatenate(vertices), np.concatenate(triangles).astype(np.int32))
+
+    def _curves(self) -> Iterator[Tube]:
+        """The tube where its curve jumps, at knots of degree + 1, as tubes that do not."""
+        p, count = self.degree, len(self.control_points)
+        balls = np.concatenate([self.control_points, self.radii[:, None]], axis=1)
+        jumps = np.flatnonzero(self.knots[p + 1 : count - p] == self.knots[2 * p + 1 : count]) + p + 1
+        jumps = jumps[(balls[jumps - 1] != balls[jumps]).any(axis=1)]
+        for low, high in pairwise([0, *jumps, count]):
+            own = slice(low, high)
+            weights = None if self.weights is None else self.weights[own]
+            yield Tube._of(self.control_points[own], self.knots[low : high + p + 1], self.radii[own], weights)
+
+    @classmethod
+    def _of(cls, control_points: Values, knots: Values, radii: Values, weights: Values | None) -> Tube:
+        """A tube of arrays that are checked, and may be a single ball."""
+        tube = cls.__new__(cls)
+        tube.control_points, tube.knots, tube.radii, tube.weights = control_points, knots, radii, weights
+        return tube
 
     def describe(self) -> dict[str, str]:
         low, high = self.radii.min(), self.radii.max()
@@ -163,6 +186,30 @@ def polyline(points: Any, radius: Any) -> Tube:
     return Tube(path, [0, *range(last + 1), last], radius)
 
 
+def segments(points: Values, radii: Values) -> Tube:
+    """Straight tubes apart from each other, round at both ends, as one curve that jumps.
+
+    Parameters
+    ----------
+    points : (n, 2, 3) float64
+        Two ends of each; where they are equal, it is a ball.
+    radii : (n, 2) float64, above 0
+    """
+    count = len(points)
+    return Tube._of(
+        frozen(points.reshape(-1, 3), np.float64),
+        frozen(np.repeat(np.arange(count + 1.0), 2), np.float64),
+        frozen(radii.reshape(-1), np.float64),
+        None,
+    )
+
+
+def check_count(corners: float, step: float) -> None:
+    """Raise InputError if circles of that many corners in all make too many triangles."""
+    if 2 * corners > MAX_TRIANGLES:
+        raise InputError(f"step: expected a larger one than {step:g}, which makes more than {MAX_TRIANGLES} triangles")
+
+
 class Circles:
     """The circles along which a moving ball touches the tube that it sweeps, as polygons of as many corners each.
 
@@ -180,13 +227,7 @@ class Circles:
         self.center, self.radius, self.tangent, self.slope = (
             np.concatenate(parts) for parts in zip(start, (center, radius, tangent, slope), end, strict=True)
         )
-        self._check_count(len(self.center))
-
-    def _check_count(self, circles: float) -> None:
-        if 2 * self.corners * circles > MAX_TRIANGLES:
-            raise InputError(
-                f"step: expected a larger one than {self.step:g}, which makes more than {MAX_TRIANGLES} triangles"
-            )
+        check_count(self.corners * len(self.center), step)
 
     def _balls(self, tube: Tube) -> tuple[Values, Values, Values, Values]:
         """Return centres, radii, tangents and slopes along the curve, densely enough; at corners the tangent turns."""
@@ -205,7 +246,7 @@ class Circles:
                 length = np.linalg.norm(np.diff(point[:, :3], axis=0), axis=1)
                 turn = _angle(tangent[1:], tangent[:-1])
                 cost = np.cumsum([0, *np.maximum(length / self.step, turn / self.turn)])
-                self._check_count(cost[-1])
+                check_count(self.corners * cost[-1], self.step)
                 wanted = max(2, int(np.ceil(cost[-1])) + 1)
                 u = np.interp(np.linspace(0, cost[-1], wanted), cost, u) if cost[-1] > 0 else u[[0, -1]]
             keep = speed > 1e-12 * speed.max()
@@ -216,6 +257,9 @@ class Circles:
             if parts:
                 parts.append(self._turn(parts[-1], part))
             parts.append(part)
+        if not parts:  # a ball that only grows
+            largest = balls[[int(np.argmax(tube.radii))]]
+            parts.append((largest[:, :3], largest[:, 3], np.array([[0.0, 0.0, 1.0]]), np.zeros(1)))
         center, radius, tangent, slope = (np.concatenate(values) for values in zip(*parts, strict=True))
         return center, radius, tangent, slope
 
