@@ -6,12 +6,14 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "bindings.h"
+#include "light/edges.h"
 #include "light/lighting.h"
 
 using namespace nb::literals;
@@ -43,10 +45,37 @@ void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height,
     });
 }
 
-void guides(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Samples& values) {
+void first_hits(const bob::Lighting& lighting, const bob::Camera& camera, const Planes& planes) {
+    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 9 for each pixel");
+    interruptible([&] { lighting.first_hits(camera, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), planes.data()); });
+}
+
+/// Pixels at edges, (n, 2), and the first hits within them, (n, side * side, 9).
+nb::tuple hits_at_edges(const bob::Lighting& lighting, const bob::Camera& camera, const ConstPlanes& planes, int side) {
+    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 9 for each pixel");
+    expect(side >= 1, "side: expected at least 1");
+    const int height = static_cast<int>(planes.shape(1)), width = static_cast<int>(planes.shape(2));
+    std::vector<bob::Pixel> found;
+    interruptible([&] { found = bob::edges_between_surfaces(planes.data(), height, width); });
+    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
+    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
+    auto hits = make_array<float, -1, -1, -1>(found.size(), side * side, bob::first_hit::count);
+    interruptible([&] { lighting.first_hits_within(camera, height, width, found, side, hits.data()); });
+    return nb::make_tuple(pixels, hits);
+}
+
+void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlanes& guides, const std::optional<ConstPlane>& ground, const Planes& color,
+                  const Array<float, -1, -1>& alpha) {
+    const int height = static_cast<int>(alpha.shape(0)), width = static_cast<int>(alpha.shape(1));
     check_pixels(pixels, height, width);
-    expect(values.shape(0) == pixels.shape(0) && values.shape(1) == bob::Lighting::guide_width, "guides: expected 9 numbers for each pixel");
-    interruptible([&] { lighting.guides(camera, height, width, items<bob::Pixel>(pixels), values.data()); });
+    expect(hits.shape(0) == pixels.shape(0) && hits.shape(2) == bob::first_hit::count, "hits: expected 9 numbers for each of a pixel's");
+    expect(guides.shape(0) == 7 && color.shape(0) == 3, "planes: expected 7 of guides and 3 of color");
+    const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
+    expect(has_size(guides, 1) && has_size(color, 1) && (!ground || has_size(*ground, 0)), "planes: expected alpha's size");
+    interruptible([&] {
+        bob::smooth_edges(items<bob::Pixel>(pixels), hits.data(), hits.shape(1), guides.data(), ground ? ground->data() : nullptr, height, width,
+                          color.data(), alpha.data());
+    });
 }
 
 }  // namespace
@@ -64,5 +93,8 @@ void bind_light(nb::module_& m) {
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
              "samples"_a.noconvert())
-        .def("guides", &guides, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "values"_a.noconvert());
+        .def("first_hits", &first_hits, "camera"_a, "planes"_a.noconvert())
+        .def("hits_at_edges", &hits_at_edges, "camera"_a, "planes"_a.noconvert(), "side"_a);
+    m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
+          "color"_a.noconvert(), "alpha"_a.noconvert());
 }

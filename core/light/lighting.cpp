@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "base/thread_memory.h"
 #include "light/directions.h"
+#include "light/edges.h"
 #include "light/reflection.h"
 #include "light/sobol.h"
 
@@ -76,6 +77,11 @@ struct Lighting::Met {
     Vec3 point, normal, face;      // the normals turned to the ray
     Vec3 color;                    // of the shape and its material together
     const Material* material = nullptr;
+};
+
+/// In a picture; pixels' centres are at whole numbers.
+struct Lighting::Place {
+    float row, column;
 };
 
 struct Lighting::Memory {
@@ -469,32 +475,82 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     });
 }
 
-void Lighting::guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const {
-    const Projection projection(camera, height, width);
-    parallel_for(pixels.size(), paths_at_once, [&](std::size_t begin, std::size_t end) {
+void Lighting::see(const Projection& projection, std::span<const Place> places, float share, float* hits) const {
+    struct Own {
         std::vector<std::size_t> number;
         std::vector<Ray> rays;
         std::vector<float> widths;
+        std::vector<std::uint8_t> wants;
         Memory memory;
-        std::fill(values + begin * guide_width, values + end * guide_width, 0.f);
+    };
+    auto& [number, rays, widths, wants, memory] = thread_memory<Own>();
+    number.clear(), rays.clear(), widths.clear();
+    std::fill_n(hits, places.size() * first_hit::count, 0.f);
+    const float width = share * projection.pixel_width(0.5f);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        Ray ray;
+        if (!sees(projection, places[i].row, places[i].column, ray)) continue;
+        number.push_back(i), rays.push_back(ray), widths.push_back(width / length(ray.direction));
+    }
+    wants.assign(rays.size(), 1);
+    meet(rays, widths, wants, memory);
+    for (std::size_t j = 0; j < rays.size(); ++j) {
+        const Met& met = memory.met[j];
+        float* const to = hits + number[j] * first_hit::count;
+        if (met.kind == Met::ground) to[first_hit::ground] = 1, to[first_hit::ground_depth] = projection.unbounded_depth(met.point);
+        if (met.kind != Met::surface) continue;
+        const Place place = places[number[j]];
+        Vec3 normal = projection.on_screen(met.normal, place.row, place.column);
+        normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
+        const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
+        std::copy(std::begin(found), std::end(found), to);
+    }
+}
+
+void Lighting::first_hits(const Camera& camera, int height, int width, float* planes) const {
+    const Projection projection(camera, height, width);
+    constexpr int side = 64;  // of tiles: neighbours visit the same parts of a BVH
+    const int across = (width + side - 1) / side, down = (height + side - 1) / side;
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    parallel_for(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<Place> places;
+        std::vector<float> hits(std::size_t{side} * side * first_hit::count);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const int top = static_cast<int>(tile) / across * side, left = static_cast<int>(tile) % across * side;
+            const int bottom = std::min(top + side, height), right = std::min(left + side, width);
+            places.clear();
+            constexpr int block = 8;
+            for (int row = top; row < bottom; row += block) {
+                for (int column = left; column < right; column += block) {
+                    for (int y = row; y < std::min(row + block, bottom); ++y) {
+                        for (int x = column; x < std::min(column + block, right); ++x) places.push_back({static_cast<float>(y), static_cast<float>(x)});
+                    }
+                }
+            }
+            see(projection, places, 1, hits.data());
+            for (std::size_t k = 0; k < places.size(); ++k) {
+                const std::size_t i = static_cast<std::size_t>(places[k].row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(places[k].column);
+                for (std::size_t c = 0; c < first_hit::count; ++c) planes[c * pixels + i] = hits[k * first_hit::count + c];
+            }
+        }
+    });
+}
+
+void Lighting::first_hits_within(const Camera& camera, int height, int width, std::span<const Pixel> pixels, int side, float* hits) const {
+    const Projection projection(camera, height, width);
+    const auto per_pixel = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    const float part = 1 / static_cast<float>(side);
+    parallel_for(pixels.size(), std::max<std::size_t>(1, paths_at_once / per_pixel), [&](std::size_t begin, std::size_t end) {
+        std::vector<Place> places;
         for (std::size_t i = begin; i < end; ++i) {
-            Ray ray;
-            if (!sees(projection, static_cast<float>(pixels[i].row), static_cast<float>(pixels[i].column), ray)) continue;
-            number.push_back(i), rays.push_back(ray), widths.push_back(projection.pixel_width(0.5f) / length(ray.direction));
+            for (int down = 0; down < side; ++down) {
+                for (int right = 0; right < side; ++right) {
+                    const auto off = [=](int k) { return part * (static_cast<float>(k) + 0.5f) - 0.5f; };
+                    places.push_back({static_cast<float>(pixels[i].row) + off(down), static_cast<float>(pixels[i].column) + off(right)});
+                }
+            }
         }
-        const std::vector<std::uint8_t> wants(rays.size(), 1);
-        meet(rays, widths, wants, memory);
-        for (std::size_t j = 0; j < rays.size(); ++j) {
-            const Met& met = memory.met[j];
-            float* const to = values + number[j] * guide_width;
-            if (met.kind == Met::ground) to[7] = 1, to[8] = projection.unbounded_depth(met.point);
-            if (met.kind != Met::surface) continue;
-            const Pixel pixel = pixels[number[j]];
-            Vec3 normal = projection.on_screen(met.normal, static_cast<float>(pixel.row), static_cast<float>(pixel.column));
-            normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
-            const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
-            std::copy(std::begin(found), std::end(found), to);
-        }
+        see(projection, places, part, hits + begin * per_pixel * first_hit::count);
     });
 }
 

@@ -33,14 +33,17 @@ public:
     /// another channel.
     void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const;
 
-    /// Writes the first hit through each pixel's centre, without its light, as nine numbers: mask, depth, normal and albedo of the scene,
-    /// mask and depth of the ground. The ground's depth goes on below 0 behind the unit sphere.
-    void guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const;
-    static constexpr std::size_t guide_width = 9;
+    /// Writes the first hits through all pixels' centres, without their light: (first_hit::count, height, width). The ground's depth goes on
+    /// below 0 behind the unit sphere.
+    void first_hits(const Camera& camera, int height, int width, float* planes) const;
+
+    /// Writes the first hits through the centres of side x side parts of some pixels, (pixels, side * side, first_hit::count).
+    void first_hits_within(const Camera& camera, int height, int width, std::span<const Pixel> pixels, int side, float* hits) const;
 
 private:
     struct Met;
     struct Memory;
+    struct Place;
     class Paths;
 
     /// The ray through a place in the picture; false where it can meet nothing.
@@ -48,6 +51,9 @@ private:
 
     /// Finds the first surface, the ground or the sky of each ray. Rays that don't want surfaces only learn whether there is one.
     void meet(std::span<const Ray> rays, std::span<const float> widths, std::span<const std::uint8_t> wants, Memory& memory) const;
+
+    /// Writes the first hits through places in the picture, whose rays are so wide a share of a pixel.
+    void see(const Projection& projection, std::span<const Place> places, float share, float* hits) const;
 
     const Scene& scene_;
     Lights lights_;

@@ -211,8 +211,14 @@ class Lighting:
     ) -> None:
         """Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on."""
 
-    def guides(self, camera: Camera, height: int, width: int, pixels: I32, values: F32) -> None:
-        """Writes (n, 9): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
+    def first_hits(self, camera: Camera, planes: F32) -> None:
+        """Writes (9, H, W): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
+
+    def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]:
+        """Pixels of first hits (9, H, W) whose neighbours differ, (n, 2), and the hits within them, (n, side**2, 9)."""
+
+def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
+    """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 9)."""
 
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
@@ -406,9 +412,10 @@ def complete_along(
     traced pixels of the lattice agree it is interpolated. Values of any range come with the `unit` that counts as 1."""
 
 def complete_guided(
-    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, output: F32
+    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, covered_only: bool, output: F32
 ) -> None:
-    """Completes gray or color, which `completed` names, along the mask, depth, normal and albedo of all pixels."""
+    """Completes gray or color, which `completed` names, along the mask, depth, normal and albedo of all pixels;
+    `covered_only` leaves those without coverage at 0."""
 
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges."""

@@ -18,10 +18,8 @@ class Edges(NamedTuple):
 
     pixels: NDArray[np.int32]
     """(n, 2), rows and columns."""
-    surfaces: F32
-    """(n, k, C) of k rays each, in the layout of guides."""
-    ground: NDArray[np.bool_]
-    """(n, k), whether they show the ground."""
+    hits: F32
+    """(n, k, 9) of k rays each: the channels of guides, and mask and depth of the ground."""
 
 
 class Guides(Channels):
