@@ -14,6 +14,7 @@
 
 #include "bindings.h"
 #include "light/edges.h"
+#include "light/light_history.h"
 #include "light/lighting.h"
 
 using namespace nb::literals;
@@ -78,6 +79,50 @@ void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlan
     });
 }
 
+bob::SeenSurfaces seen_surfaces(const bob::LightHistory& history, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
+    const auto has_size = [&](const ConstPlanes& planes, std::size_t count) {
+        return planes.shape(0) == count && planes.shape(1) == static_cast<std::size_t>(history.height()) &&
+               planes.shape(2) == static_cast<std::size_t>(history.width());
+    };
+    expect(has_size(guides, 7) && (!ground || has_size(*ground, 7)), "guides: expected 7 planes of the picture's size");
+    return {guides.data(), ground ? ground->data() : nullptr};
+}
+
+/// Traces paths through pixels, adds them to the history, and returns the samples, (n, 11) in the order of its planes.
+auto trace_into(bob::LightHistory& history, const bob::Lighting& lighting, const bob::Camera& camera, const Pixels& pixels,
+                const Array<const std::uint32_t, -1>& first, std::uint32_t count, std::uint64_t seed, bool at_rest, const ConstPlanes& guides,
+                const std::optional<ConstPlanes>& ground) {
+    check_pixels(pixels, history.height(), history.width());
+    expect(first.shape(0) == pixels.shape(0) && count >= 1, "first: expected one for each pixel, and paths");
+    const bob::SeenSurfaces surfaces = seen_surfaces(history, guides, ground);
+    const std::size_t n = pixels.shape(0);
+    const bob::Layout& layout = bob::LightHistory::layout();
+    auto samples = make_array<float, -1, -1>(n, layout.width());
+    interruptible([&] {
+        std::vector<float> changes(n);
+        lighting.trace(camera, history.height(), history.width(), items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed}, layout, samples.data(),
+                       changes.data());
+        std::vector<bob::LightHistory::Traced> traced(n);
+        using P = bob::LightHistory;
+        for (std::size_t i = 0; i < n; ++i) {
+            const float* const s = samples.data() + i * P::plane_count;
+            traced[i] = {{s[P::red], s[P::green], s[P::blue]}, s[P::shadow], s[P::variance], changes[i], count};
+        }
+        history.add(items<bob::Pixel>(pixels), traced, at_rest, surfaces);
+    });
+    return samples;
+}
+
+auto next_pixels(const bob::LightHistory& history, std::size_t count, std::uint32_t seed, bool at_rest, const ConstPlanes& guides,
+                 const std::optional<ConstPlanes>& ground) {
+    const bob::SeenSurfaces surfaces = seen_surfaces(history, guides, ground);
+    std::vector<bob::Pixel> found;
+    without_gil([&] { found = history.next(count, seed, at_rest, surfaces); });
+    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
+    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
+    return pixels;
+}
+
 }  // namespace
 
 void bind_light(nb::module_& m) {
@@ -97,4 +142,24 @@ void bind_light(nb::module_& m) {
         .def("hits_at_edges", &hits_at_edges, "camera"_a, "planes"_a.noconvert(), "side"_a);
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
           "color"_a.noconvert(), "alpha"_a.noconvert());
+    nb::class_<bob::LightHistory>(m, "LightHistory")
+        .def("__init__", [](bob::LightHistory* self, int height, int width) {
+            expect(height >= 1 && width >= 1, "size: expected at least 1");
+            new (self) bob::LightHistory(height, width);
+        }, "height"_a, "width"_a)
+        .def_prop_ro_static("layout", [](nb::handle) { return bob::LightHistory::layout(); })
+        .def("__len__", &bob::LightHistory::size)
+        .def("move", [](bob::LightHistory& self, const bob::Camera& camera, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
+            const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
+            without_gil([&] { self.move(camera, surfaces); });
+        }, "camera"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none())
+        .def("trace", &trace_into, "lighting"_a, "camera"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "at_rest"_a,
+             "guides"_a.noconvert(), "ground"_a.noconvert().none())
+        .def("next", &next_pixels, "count"_a, "seed"_a, "at_rest"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none())
+        .def("write", [](const bob::LightHistory& self, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground, const Planes& planes) {
+            const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
+            expect(planes.shape(0) == bob::LightHistory::plane_count && planes.shape(1) == guides.shape(1) && planes.shape(2) == guides.shape(2),
+                   "planes: expected the layout's, of the picture's size");
+            without_gil([&] { self.write(surfaces, planes.data()); });
+        }, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "planes"_a.noconvert());
 }

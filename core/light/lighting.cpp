@@ -186,12 +186,14 @@ struct Path {
     float density = 0;  // of its last direction, for the balance heuristic; infinite if no light is drawn there
     std::uint32_t slot = 0;
     std::int32_t left = 0;  // surfaces that it may still be shaded at
+    float change = 0;       // of its light for each radian that the eye turns by
     bool to_ground = false; // rather than to the eye: what it brings takes from the shadow there
 };
 
 /// Light on its way, which arrives unless something is between.
 struct Sent {
     Vec3 light;
+    float change;
     std::uint32_t slot;
     enum To : std::uint8_t { surface, surface_beside_ground, ground } to;
 };
@@ -199,7 +201,7 @@ struct Sent {
 /// The sum of one path.
 struct Arrived {
     Vec3 color, albedo, normal;
-    float shadow = 0, depth = 0;
+    float shadow = 0, depth = 0, change = 0;
     bool is_hit = false, is_uncertain = false;
 };
 
@@ -209,8 +211,9 @@ struct Arrived {
 class Lighting::Paths {
 public:
     /// Rays see textures as wide as their share of a pixel.
-    Paths(const Lighting& lighting, const Projection& projection, float share)
-        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)) {}
+    Paths(const Lighting& lighting, const Projection& projection, float share, bool asks_for_changes)
+        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)),
+          asks_for_changes_(asks_for_changes) {}
 
     std::vector<Arrived> arrived;
 
@@ -269,13 +272,14 @@ private:
     }
 
     /// Adds light at the end of a path.
-    void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.to_ground); }
-    void arrive(std::uint32_t slot, Vec3 light, bool to_ground) {
+    void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.change, path.to_ground); }
+    void arrive(std::uint32_t slot, Vec3 light, float change, bool to_ground) {
         Arrived& to = arrived[slot];
         if (to_ground) {
             to.shadow -= luminance(light) / lighting_.ground_light_;
         } else {
             to.color = to.color + light;
+            if (change > 0) to.change += change * luminance(light);
         }
     }
 
@@ -314,7 +318,8 @@ private:
             const float share = is_point ? 1 : share_of(density, reflection.density(own));
             const Vec3 light = share * product(path.throughput, product(reflection(own), radiance_over_density));
             if (!(luminance(light) > 0)) return;
-            light_rays_.push_back({origin, toward}), sent_.push_back({light, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
+            const float change = surface == 0 && asks_for_changes_ ? reflection.change_per_radian(own) : path.change;
+            light_rays_.push_back({origin, toward}), sent_.push_back({light, change, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
         };
         std::uint32_t number = 0;
         for (const DiscLight& disc : lights_.discs) {
@@ -339,6 +344,7 @@ private:
         // Shading normals lean: what would go into the surface is turned back at it.
         if (const float along = dot(toward, met.face); along <= 0) toward = toward - 2 * along * met.face;
         Path on = path;
+        if (surface == 0 && asks_for_changes_) on.change = reflection.change_per_radian(drawn.toward);
         on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density;
         if (!drawn.is_mirrored) --on.left;
         next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(on.left > 0);
@@ -355,7 +361,7 @@ private:
             const float lost = light / lighting_.ground_light_;
             const Ray ray{origin, toward};
             if (!(lost > 0) || !(toward.z > 0) || entry(ray) < 0) return;
-            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, path.slot, Sent::ground});
+            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, 0, path.slot, Sent::ground});
             arrived[path.slot].is_uncertain = true;
         };
         std::uint32_t number = 0;
@@ -384,11 +390,11 @@ private:
         lighting_.meet(light_rays_, widths, wants, memory_);
         for (std::size_t i = 0; i < sent_.size(); ++i) {
             const bool is_free = memory_.met[i].kind == Met::sky;
-            const auto& [light, slot, to] = sent_[i];
+            const auto& [light, change, slot, to] = sent_[i];
             if (to == Sent::ground) {
                 if (!is_free) arrived[slot].shadow += light.x;
             } else if (is_free) {
-                arrive(slot, light, to == Sent::surface_beside_ground);
+                arrive(slot, light, change, to == Sent::surface_beside_ground);
             }
         }
     }
@@ -397,6 +403,7 @@ private:
     const Lights& lights_;
     const Projection& projection_;
     float width_;  // of a ray through a pixel
+    bool asks_for_changes_;
     Memory memory_;
     std::vector<PixelSequence> sequences_;
     std::vector<InPicture> places_;
@@ -407,7 +414,8 @@ private:
     std::vector<Sent> sent_;
 };
 
-void Lighting::trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const {
+void Lighting::trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples,
+                     float* changes) const {
     for (const Channel& channel : layout) {
         constexpr Channel written[] = {channels::mask, channels::gray, channels::depth, channels::normal, channels::color, channels::albedo, channels::shadow, channels::variance};
         if (std::find(std::begin(written), std::end(written), channel) == std::end(written)) {
@@ -422,7 +430,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     };
     const std::size_t piece = std::max<std::size_t>(1, paths_at_once / count);
     parallel_for(pixels.size(), piece, [&](std::size_t begin, std::size_t end) {
-        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f);
+        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f, changes != nullptr);
         paths.begin((end - begin) * count);
         for (std::size_t i = begin; i < end; ++i) {
             const auto [row, column] = pixels[i];
@@ -437,13 +445,13 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
         for (std::size_t i = begin; i < end; ++i) {
             const std::span<const Arrived> own{&paths.arrived[(i - begin) * count], count};
             Vec3 color, albedo, normal;
-            float shadow = 0, depth = 0;
+            float shadow = 0, depth = 0, change = 0;
             std::array<double, most_runs> run{};
             std::uint32_t hits = 0;
             bool is_uncertain = false;
             for (std::uint32_t k = 0; k < count; ++k) {
                 const Arrived& arrived = own[k];
-                color = color + arrived.color, shadow += arrived.shadow;
+                color = color + arrived.color, shadow += arrived.shadow, change += arrived.change;
                 if (arrived.is_hit) ++hits, albedo = albedo + arrived.albedo, normal = normal + arrived.normal, depth += arrived.depth;
                 run[std::size_t{k} * runs / count] += static_cast<double>(luminance(arrived.color) + arrived.shadow);
                 is_uncertain = is_uncertain || arrived.is_uncertain;
@@ -461,6 +469,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
             // makes shadows on the ground a sixth worse (tree, bunny, studio, 10 %); none of it takes few equal samples for exact.
             const double unseen = (hits ? static_cast<double>(luminance(color)) : 1.) / (count + 2.);
             if (is_uncertain) variance = std::max(variance, 0.1 * unseen * unseen);
+            if (changes) changes[i] = share * change;
             float* const sample = samples + i * components;
             normal = normalized(normal);
             put(sample, channels::mask, {hits ? 1.f : 0.f});

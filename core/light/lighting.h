@@ -29,9 +29,11 @@ public:
 
     /// Writes the means of `draws.count` paths through each pixel. `samples` is (n,
     /// layout.width()) of the channels mask, gray, depth, normal, color, albedo, shadow and variance; gray and color are of any range.
-    /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. Throws std::invalid_argument if there is
-    /// another channel.
-    void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const;
+    /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. `changes`, one for each pixel if
+    /// they are asked for, say by how much the luminance changes for each radian that the eye turns by, at most: light of mirrors and highlights.
+    /// Throws std::invalid_argument if there is another channel.
+    void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples,
+               float* changes = nullptr) const;
 
     /// Writes the first hits through all pixels' centres, without their light: (first_hit::count, height, width). The ground's depth goes on
     /// below 0 behind the unit sphere.

@@ -1,7 +1,7 @@
 """The C++ core (bindings/). Arrays are C-contiguous; none is converted or copied."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,6 +216,35 @@ class Lighting:
 
     def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]:
         """Pixels of first hits (9, H, W) whose neighbours differ, (n, 2), and the hits within them, (n, side**2, 9)."""
+
+class LightHistory:
+    """Paths on surfaces, at most one mean for each pixel. `guides` are (7, H, W), as `ground`, of what its camera sees."""
+
+    layout: ClassVar[Layout]
+    def __init__(self, height: int, width: int) -> None: ...
+    def __len__(self) -> int: ...
+    def move(self, camera: Camera, guides: F32, ground: F32 | None) -> None:
+        """Reprojects all samples for another camera."""
+
+    def trace(
+        self,
+        lighting: Lighting,
+        camera: Camera,
+        pixels: I32,
+        first: U32,
+        count: int,
+        seed: int,
+        at_rest: bool,
+        guides: F32,
+        ground: F32 | None,
+    ) -> F32:
+        """Adds `count` paths to each pixel, and returns their means, (n, C) of the layout."""
+
+    def next(self, count: int, seed: int, at_rest: bool, guides: F32, ground: F32 | None) -> I32:
+        """The pixels that need paths most, (n, 2)."""
+
+    def write(self, guides: F32, ground: F32 | None, planes: F32) -> None:
+        """Writes all samples to planes (C, H, W) of zeros."""
 
 def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
     """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 9)."""

@@ -85,7 +85,7 @@ class LitTracer:
         self.seed = check_integer("seed", seed, 0, 2**64 - 1)
         self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
         self._has_ground, self._apart = ground, check_flag("apart", apart)
-        self._camera = camera.core(self.scene.center, self.scene.radius)
+        self.camera_in_core = camera.core(self.scene.center, self.scene.radius)
         self._drawn = np.zeros(self.size, np.uint32)
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
@@ -94,7 +94,7 @@ class LitTracer:
         rows, columns = pixels.T
         values = np.empty((len(pixels), LIT.width), np.float32)
         self._core.trace(
-            self._camera,
+            self.camera_in_core,
             *self.size,
             pixels,
             self._drawn[rows, columns],
@@ -107,12 +107,28 @@ class LitTracer:
         self._drawn[rows, columns] += np.uint32(self.paths)
         return Samples.from_values(values, LIT)
 
-    def guides(self) -> Guides:
-        """First surfaces at all pixels' centres, with those within pixels at edges; or means over pixels, if paths are
-        apart."""
+    def into(
+        self,
+        history: _core.LightHistory,
+        pixels: NDArray[np.int32],
+        paths: int,
+        at_rest: bool,
+        surfaces: tuple[NDArray[np.float32], NDArray[np.float32] | None],
+    ) -> NDArray[np.float32]:
+        """Add paths through each pixel to a history of light; return their means in its layout."""
+        rows, columns = pixels.T
+        first = self._drawn[rows, columns]
+        self._drawn[rows, columns] += np.uint32(paths)
+        return history.trace(
+            self._core, self.camera_in_core, pixels, first, paths, self.seed, at_rest, *surfaces
+        )
+
+    def guides(self, edge_rays: int = EDGE_RAYS) -> Guides:
+        """First surfaces at all pixels' centres, with edge_rays^2 of them within pixels at edges; or means over pixels,
+        if paths are apart."""
         planes = np.empty((HITS, *self.size), np.float32)
-        self._core.first_hits(self._camera, planes)
-        at_edges, hits = self._core.hits_at_edges(self._camera, planes, EDGE_RAYS)
+        self._core.first_hits(self.camera_in_core, planes)
+        at_edges, hits = self._core.hits_at_edges(self.camera_in_core, planes, edge_rays)
         edges = Edges(at_edges, hits) if len(at_edges) else None
         if self._apart and edges is not None:
             planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(hits).T
