@@ -11,8 +11,11 @@ import bobrossnet as bob
 from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
 from bobrossnet.picture.environment import read_hdr
+from bobrossnet.pictures.rendering import finished
+from bobrossnet.tracing.light import studio
 from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import traced_light
 
 SIZE = (48, 64)
 WHITE = bob.Material("#fff", ambient=0, diffuse=1, specular=0)  # rough, and reflects all light
@@ -317,6 +320,92 @@ def test_what_floats_high_has_no_shadow_without_a_ground():
     picture = bob.render(white(sphere_mesh()), size=(48, 64), light="studio", ground=False, samples=1)
     hit = bob.trace(sphere_mesh(), size=(48, 64)).alpha > 0
     assert picture.alpha[inner(~hit, 1)].max() == 0
+
+
+# ---- A moving camera -------------------------------------------------------------------------------------
+
+
+def turned(degrees):
+    return bob.Camera(azimuth=30 + degrees, zoom=0.8)
+
+
+def truth_of(scene, light, camera, size, paths=512):
+    tracer = LitTracer(scene, camera, size, light, ground=True, paths=paths, seed=77)
+    return finished(traced_light(tracer, 1.0, "lattice", 0, None), scene, camera, **PLAIN)
+
+
+PLAIN = {"samples": 4, "background": None, "model": "default"}
+
+
+def error_of(picture, truth):
+    return np.abs(picture.color - truth.color).mean() + np.abs(picture.alpha - truth.alpha).mean()
+
+
+def test_reprojected_light_leaves_less_error_than_new_paths_alone():
+    scene, size = bob.Scene(bob.happy_tree()), (96, 128)
+    lights = studio(turned(0))
+    view = bob.View(scene, size=size, light=lights, ground=True)
+    for i in range(7):
+        frame = view.frame(turned(2 * i), fraction=0.02)
+    assert frame.fraction < 0.03 < frame.shown.fraction
+    alone = bob.View(scene, size=size, light=lights, ground=True).frame(turned(12), fraction=0.02)
+    truth = truth_of(scene, lights, turned(12), size)
+    assert error_of(frame.picture(), truth) < 0.75 * error_of(alone.picture(), truth)
+
+
+def test_a_camera_at_rest_settles_to_the_converged_picture():
+    """Paths of earlier cameras give way to this one's; then noise falls."""
+    scene, size = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))]), (48, 64)
+    lights = [bob.Light((1, 1, 2), angle=10), bob.Sky(intensity=0.3)]
+    view = bob.View(scene, size=size, light=lights, ground=True)
+    errors, truth = [], truth_of(scene, lights, turned(3), size)
+    view.frame(turned(0), fraction=0.2)
+    for _ in range(12):
+        frame = view.frame(turned(3), fraction=0.5)
+        errors.append(error_of(frame.picture(), truth))
+    assert frame.fraction > 0.5  # the rest shows nothing
+    np.testing.assert_allclose(frame.shown.planes, frame.gbuffer.planes, atol=1e-5)
+    assert errors[-1] < 0.5 * errors[0]
+    assert errors[-1] < 0.006
+
+
+@pytest.mark.parametrize(
+    ("material", "share_kept"),
+    [
+        (WHITE, (0.5, 1)),
+        (bob.Material("#fff", metallic=1, roughness=0), (0, 0)),
+        (bob.Material("#fff", metallic=1, roughness=0.2), (0, 0.1)),
+        (bob.Material("#fff", metallic=0, roughness=0.6), (0.4, 1)),
+    ],
+)
+def test_mirrors_and_highlights_are_not_reprojected(material, share_kept):
+    ball = bob.Scene(bob.Instance(sphere_mesh(), material=material))
+    view = bob.View(ball, size=(96, 128), light="studio", ground=False)
+    before, after = view.frame(turned(0), fraction=0.2), view.frame(turned(3), fraction=1e-4)
+    hits = after.shown.guides.hit > 0
+    kept = np.count_nonzero((after.shown.mask > 0) & (after.gbuffer.mask == 0) & hits)
+    least, most = share_kept
+    assert least <= kept / np.count_nonzero(before.shown.mask * before.shown.guides.hit) <= most
+
+
+def test_samples_do_not_drift():
+    """There and back again, a sample is where it was: the edge of a shadow stays as sharp."""
+    scene, size = bob.Scene(white(sphere_mesh())), (96, 128)
+    view = bob.View(scene, size=size, light=[bob.Light((1, 1, 2), angle=1)], ground=True)
+    first = view.frame(turned(0), fraction=0.1)
+    for degrees in (1, 2, 1, 0):
+        last = view.frame(turned(degrees), fraction=1e-4)
+    both = (first.shown.mask > 0) & (last.shown.mask > 0)
+    assert both.sum() > 0.5 * first.shown.mask.sum()
+    same = np.isclose(first.shown.channel("shadow"), last.shown.channel("shadow"), atol=1e-4)
+    assert same[both].mean() > 0.97
+
+
+def test_views_under_the_headlight_are_as_they_were():
+    with_light = bob.View(bob.happy_tree(), size=SIZE, light="headlight").frame(fraction=0.1)
+    assert np.array_equal(with_light.image, bob.View(bob.happy_tree(), size=SIZE).frame(fraction=0.1).image)
+    with pytest.raises(bob.InputError, match="light: expected none beside a tracer"):
+        bob.View(tracer=lambda camera, pixels: None, light="studio")
 
 
 # ---- Doors -----------------------------------------------------------------------------------------------

@@ -70,11 +70,11 @@ class MovingLight:
         tracing = time.perf_counter()
         pixels = self._history.next(min(count, total), self._seed + self._frames, at_rest, *self._surfaces)
         self._frames += 1
-        self._trace(pixels, at_rest)
+        samples = self._tracer.into(self._history, pixels, PATHS, at_rest, self._surfaces)
         traced = time.perf_counter()
         if len(pixels):
             self._pixel_seconds = _blended(self._pixel_seconds, (traced - tracing) / len(pixels))
-        frame = self._completed(start)
+        frame = self._completed(start, pixels, None if at_rest else samples)
         self._completing = _blended(self._completing, time.perf_counter() - traced)
         return frame
 
@@ -97,23 +97,20 @@ class MovingLight:
         self._planes = untraced_planes(self.size, HELD)
         self._frames = 0
 
-    def _trace(self, pixels: NDArray[np.int32], at_rest: bool) -> None:
-        samples = self._tracer.into(self._history, pixels, PATHS, at_rest, self._surfaces)
-        rows, columns = pixels.T
-        samples[:, 0] = 1
-        if not self._planes.flags.writeable:
-            self._planes = self._planes.copy()
-        self._planes[:, rows, columns] = samples.T
-
-    def _completed(self, start: float) -> Frame:
+    def _completed(self, start: float, pixels: NDArray[np.int32], samples: NDArray[np.float32] | None) -> Frame:
+        """The frame; the samples of its pixels are the history's own where that has only this camera's."""
         planes = untraced_planes(self.size, HELD)
         self._history.write(*self._surfaces, planes)
+        rows, columns = pixels.T
+        traced = self._planes.copy()
+        traced[:, rows, columns] = planes[:, rows, columns] if samples is None else samples.T
+        traced[0, rows, columns] = 1
+        self._planes = traced
         shown = GBuffer.from_stack(planes, HELD, self._guides, False)
         color = complete_guided(shown, "color")
-        traced = GBuffer.from_stack(self._planes, HELD, self._guides, False)
         image = completed_gray(shown, color)
-        seconds = time.perf_counter() - start
-        return Frame(image, traced, traced.fraction, seconds, self._network, shown, True, color)
+        gbuffer = GBuffer.from_stack(traced.view(), HELD, self._guides, False)
+        return Frame(image, gbuffer, gbuffer.fraction, time.perf_counter() - start, self._network, shown, True, color)
 
 
 def _blended(before: float, now: float) -> float:

@@ -119,9 +119,7 @@ class LitTracer:
         rows, columns = pixels.T
         first = self._drawn[rows, columns]
         self._drawn[rows, columns] += np.uint32(paths)
-        return history.trace(
-            self._core, self.camera_in_core, pixels, first, paths, self.seed, at_rest, *surfaces
-        )
+        return history.trace(self._core, self.camera_in_core, pixels, first, paths, self.seed, at_rest, *surfaces)
 
     def guides(self, edge_rays: int = EDGE_RAYS) -> Guides:
         """First surfaces at all pixels' centres, with edge_rays^2 of them within pixels at edges; or means over pixels,
