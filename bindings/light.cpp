@@ -30,9 +30,9 @@ std::shared_ptr<bob::Environment> environment(const Array<const float, -1, -1, 3
 }
 
 void init_lights(bob::Lights* self, const std::vector<bob::DiscLight>& discs, const std::array<float, 3>& top, const std::array<float, 3>& bottom,
-                 std::shared_ptr<bob::Environment> environment, float turn, std::optional<float> ground, int bounces) {
+                 std::shared_ptr<bob::Environment> environment, float turn, std::optional<float> ground, float radius, int bounces) {
     new (self) bob::Lights{discs, {vector_of(top), vector_of(bottom), std::move(environment), std::cos(turn), std::sin(turn)},
-                           ground.value_or(-std::numeric_limits<float>::infinity()), bounces};
+                           ground.value_or(-std::numeric_limits<float>::infinity()), radius, bounces};
 }
 
 void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Array<const std::uint32_t, -1>& first,
@@ -47,13 +47,13 @@ void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height,
 }
 
 void first_hits(const bob::Lighting& lighting, const bob::Camera& camera, const Planes& planes) {
-    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 9 for each pixel");
+    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 10 for each pixel");
     interruptible([&] { lighting.first_hits(camera, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), planes.data()); });
 }
 
-/// Pixels at edges, (n, 2), and the first hits within them, (n, side * side, 9).
+/// Pixels at edges, (n, 2), and the first hits within them, (n, side * side, 10).
 nb::tuple hits_at_edges(const bob::Lighting& lighting, const bob::Camera& camera, const ConstPlanes& planes, int side) {
-    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 9 for each pixel");
+    expect(planes.shape(0) == bob::first_hit::count, "planes: expected 10 for each pixel");
     expect(side >= 1, "side: expected at least 1");
     const int height = static_cast<int>(planes.shape(1)), width = static_cast<int>(planes.shape(2));
     std::vector<bob::Pixel> found;
@@ -69,7 +69,7 @@ void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlan
                   const Array<float, -1, -1>& alpha) {
     const int height = static_cast<int>(alpha.shape(0)), width = static_cast<int>(alpha.shape(1));
     check_pixels(pixels, height, width);
-    expect(hits.shape(0) == pixels.shape(0) && hits.shape(2) == bob::first_hit::count, "hits: expected 9 numbers for each of a pixel's");
+    expect(hits.shape(0) == pixels.shape(0) && hits.shape(2) == bob::first_hit::count, "hits: expected 10 numbers for each of a pixel's");
     expect(guides.shape(0) == 7 && color.shape(0) == 3, "planes: expected 7 of guides and 3 of color");
     const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
     expect(has_size(guides, 1) && has_size(color, 1) && (!ground || has_size(*ground, 0)), "planes: expected alpha's size");
@@ -133,7 +133,7 @@ void bind_light(nb::module_& m) {
     nb::class_<bob::Environment>(m, "Environment");
     m.def("environment", &environment, "texels"_a.noconvert());
     nb::class_<bob::Lights>(m, "Lights")
-        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "bounces"_a);
+        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "radius"_a, "bounces"_a);
     nb::class_<bob::Lighting>(m, "Lighting")
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,

@@ -237,6 +237,126 @@ def test_lamps_light_other_surfaces():
     assert 0.1 < np.median(seen["gray"][(seen["gray"] > 0) & (seen["gray"] < 1)]) < 0.9
 
 
+# ---- Glass -----------------------------------------------------------------------------------------------
+
+
+def glass(shape, **options):
+    return bob.Instance(shape, material=bob.Glass(**options))
+
+
+def box(low, high):
+    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
+    faces = [
+        (0, 2, 3),
+        (0, 3, 1),
+        (4, 5, 7),
+        (4, 7, 6),
+        (0, 1, 5),
+        (0, 5, 4),
+        (2, 6, 7),
+        (2, 7, 3),
+        (0, 4, 6),
+        (0, 6, 2),
+    ]
+    return bob.Mesh(corners, [*faces, (1, 3, 7), (1, 7, 5)])
+
+
+@pytest.mark.parametrize("kind", ROUND)
+@pytest.mark.parametrize("options", [{}, {"ior": 2.42}, {"roughness": 0.1}, {"transmission": 0.5}])
+def test_glass_in_a_white_world_is_white(kind, options):
+    """The furnace: both branches of Fresnel together reflect and transmit all light, up to the stated depth."""
+    seen = lit(glass(ROUND[kind](), **options), bob.Sky(), bob.Camera(), (24, 32), paths=64)
+    gray = seen["gray"][inner(seen["hit"])]
+    assert gray.mean() == pytest.approx(1, abs=0.01)
+    assert gray.max() < 1.05
+
+
+def test_rough_glass_is_nearly_white_in_a_white_world():
+    """What two of its facets would reflect or refract is lost."""
+    seen = lit(glass(nurbs.sphere(), roughness=0.5), bob.Sky(), bob.Camera(), (24, 32), paths=64)
+    assert 0.8 < seen["gray"][inner(seen["hit"])].mean() <= 1.01
+
+
+def test_a_slab_of_glass_offsets_what_is_behind_it():
+    """By t sin(a) (1 - cos(a) / sqrt(n^2 - sin(a)^2)): Snell."""
+    n, thick = 1.5, 0.6
+    slab = box((-4, -4, 1), (4, 4, 1 + thick))
+    half = bob.Mesh([(0, -4, 0.01), (4, -4, 0.01), (4, 4, 0.01), (0, 4, 0.01)], [(0, 1, 2), (0, 2, 3)])
+    lamp = bob.Instance(square(8), material=bob.Material("#000", emissive="#fff"))
+    dark = bob.Instance(half, material=bob.Material("#000", ambient=0, diffuse=0, specular=0))
+    look, size = bob.Camera(azimuth=0, elevation=45, zoom=3), (96, 96)
+    edges = []
+    for index in (1, n):
+        scene = bob.Scene([lamp, dark, glass(slab, ior=index)])
+        gray = lit(scene, bob.Sky("#000"), look, size, paths=64)["gray"][:, 30:60].mean(1)
+        edges.append((np.flatnonzero(gray > 0.5 * gray.max())[-1], scene.radius))
+    (plain, radius), (offset, _) = edges
+    pixels = (offset - plain) * 2 / (3 * 96) * radius
+    a = math.radians(45)
+    expected = thick * math.sin(a) * (1 - math.cos(a) / math.sqrt(n**2 - math.sin(a) ** 2))
+    assert abs(pixels) == pytest.approx(expected, abs=1.1 * 2 / (3 * 96) * radius)
+
+
+def test_glass_takes_light_away_by_beer():
+    slab = box((-2, -2, 0), (2, 2, 0.5))
+    tinted = glass(slab, ior=1, attenuation=(0.5, 0.25, 1.0), distance=0.5)
+    seen = lit(tinted, bob.Sky(), ABOVE)
+    np.testing.assert_allclose(seen["color"][inner(seen["hit"])].mean(0), (0.5, 0.25, 1), atol=1e-3)
+
+
+def test_a_camera_may_be_inside_of_glass():
+    """What it sees is refracted on the way out alone: beyond the critical angle it sees a mirror."""
+    pool = glass(box((-2, -2, -2), (2, 2, 2)), ior=1.5, attenuation=(0.5, 0.5, 0.5), distance=1.0)
+    camera = bob.Camera(position=(0, 0, 0), target=(0, 0, 1), up=(1, 0, 0), fov=20)
+    seen = lit(pool, bob.Sky(), camera, (16, 16), paths=256)
+    middle = seen["gray"][7:9, 7:9].mean()
+    # 96 % leave at once after two units; some light comes back from the floor, dimmed by six units more.
+    assert middle == pytest.approx(0.96 * 0.25, abs=0.01)
+
+
+def test_water_may_reach_into_its_glass():
+    """The last solid that was entered counts: where indices are alike, overlapping solids are as one."""
+    both = [glass(sphere_mesh()), glass(sphere_mesh()).scale(0.8)]
+    sky = bob.Sky("#fff", "#000")
+    one = lit(both[0], sky, bob.Camera(elevation=0), (33, 33), paths=64)["gray"]
+    two = lit(both, sky, bob.Camera(elevation=0), (33, 33), paths=64)["gray"]
+    assert np.abs(one - two).mean() < 0.01
+
+
+def test_guides_behind_mirrors_and_glass_are_of_what_they_show():
+    red = bob.Instance(square(6, -1), material=bob.Material("#f00", ambient=0, diffuse=1, specular=0))
+    camera = bob.Camera(elevation=60, zoom=2)
+    chrome = bob.Instance(square(6, 2), material=bob.Material("#fff", metallic=1, roughness=0))
+    cases = {
+        "glass": ([red, glass(box((-3, -3, 0), (3, 3, 0.5)))], (1, 0, 0)),
+        "mirror": ([red, chrome], (1, 1, 1)),
+        "rough": ([red, glass(box((-3, -3, 0), (3, 3, 0.5)), roughness=0.5)], None),
+    }
+    for name, (scene, albedo) in cases.items():
+        guides = LitTracer(scene, camera, SIZE, [bob.Sky()]).guides()
+        middle = np.s_[20:28, 28:36]
+        assert (guides.behind[middle] == (albedo is not None)).all(), name
+        if albedo is not None:
+            np.testing.assert_allclose(guides.channel("albedo")[middle], np.broadcast_to(albedo, (8, 8, 3)), atol=1e-6)
+    plain = LitTracer([red], camera, SIZE, [bob.Sky()]).guides()
+    assert not plain.behind.any()
+
+
+def test_bad_glass_is_named():
+    for options, name in (
+        ({"ior": 0.9}, "ior"),
+        ({"ior": 101}, "ior"),
+        ({"distance": 0}, "distance"),
+        ({"transmission": 2}, "transmission"),
+    ):
+        with pytest.raises(bob.InputError, match=f"{name}: expected"):
+            bob.Glass(**options)
+    with pytest.raises(bob.InputError, match="material: expected a Material to write, got Glass"):
+        bob.save_scene(glass(sphere_mesh(1)), "no.bob")
+    assert bob.Glass() == bob.Glass()
+    assert bob.Glass() != bob.Glass(ior=1.4)
+
+
 # ---- Environments ----------------------------------------------------------------------------------------
 
 
@@ -501,6 +621,8 @@ def test_extreme_scenes_end():
     inside_out = bob.Mesh(ball.vertices, ball.triangles[:, ::-1])
     mirror = bob.Material("#fff", metallic=1, roughness=0)
     within = bob.Camera(position=(0.1, 0, 0), target=(1, 0, 0), fov=90)
+    crystal = bob.Instance(ball, material=bob.Glass(ior=100))
+    balls = [bob.Instance(ball, material=bob.Glass()).scale(1 - i / 1001) for i in range(1000)]
     nested = [bob.Instance(ball, material=mirror).scale(1 - i / 1001) for i in range(1000)]
     for scene, light, camera in (
         (ball, bob.Sky("#000"), bob.Camera()),
@@ -510,6 +632,9 @@ def test_extreme_scenes_end():
         (bob.Mesh(ball.vertices, ball.triangles[:9]), "studio", bob.Camera()),
         (bob.Instance(ball, material=mirror), "studio", within),
         (nested, "studio", bob.Camera()),
+        (balls, "studio", bob.Camera()),
+        (crystal, "studio", within),
+        (bob.Instance(bob.Mesh(ball.vertices, ball.triangles[:9]), material=bob.Glass()), "studio", bob.Camera()),
         (ball, bob.Light((0, 0, 1), angle=180), bob.Camera(elevation=-30)),
     ):
         picture = bob.render(scene, camera, size=(24, 32), light=light, samples=1)

@@ -28,7 +28,7 @@ std::vector<Pixel> edges_between_surfaces(const float* planes, int height, int w
     const auto differ = [=](std::size_t a, std::size_t b) {
         const auto value = [=](std::size_t plane, std::size_t i) { return planes[plane * pixels + i]; };
         const auto apart = [=](std::size_t plane) { return std::abs(value(plane, a) - value(plane, b)); };
-        if (apart(first_hit::mask) != 0 || apart(first_hit::ground) != 0) return true;
+        if (apart(first_hit::mask) != 0 || apart(first_hit::ground) != 0 || apart(first_hit::behind) != 0) return true;
         if (value(first_hit::mask, a) == 0) return false;
         return apart(first_hit::depth) > unlike_depth || apart(first_hit::normal_x) > unlike_normal || apart(first_hit::normal_y) > unlike_normal ||
                apart(first_hit::red) > unlike_albedo || apart(first_hit::green) > unlike_albedo || apart(first_hit::blue) > unlike_albedo;

@@ -9,9 +9,9 @@
 
 namespace bob {
 
-/// A first hit as numbers, in the order of its planes.
+/// A first hit as numbers, in the order of its planes; `behind` is 1 of what a smooth mirror or glass shows, which is as deep as it seems.
 namespace first_hit {
-enum : std::size_t { mask, depth, normal_x, normal_y, red, green, blue, ground, ground_depth, count };
+enum : std::size_t { mask, depth, normal_x, normal_y, red, green, blue, ground, ground_depth, behind, count };
 }
 
 /// Pixels with a neighbour above, below or beside that shows another surface. `planes` is (first_hit::count, height, width).

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "light/dielectric.h"
 #include "light/lights.h"
 #include "picture/camera.h"
 #include "picture/channels.h"
@@ -57,8 +58,17 @@ private:
     /// Writes the first hits through places in the picture, whose rays are so wide a share of a pixel.
     void see(const Projection& projection, std::span<const Place> places, float share, float* hits) const;
 
+    /// Replaces the first hits of smooth mirrors and glass by the first surfaces behind them that are neither.
+    void look_behind(const Projection& projection, std::span<const Place> places, std::span<const std::size_t> number, std::span<const Ray> first,
+                     std::span<const float> widths, Memory& memory, float* hits) const;
+
+    /// The index of refraction there, and the solids of glass around a camera.
+    [[nodiscard]] float index(const Media& media) const;
+    [[nodiscard]] Media media_around(const Projection& projection) const;
+
     const Scene& scene_;
     Lights lights_;
+    bool has_glass_ = false, shows_things_ = false;
     std::vector<float> errors_;  // of each instance: how far above its surfaces rays start
     float ground_light_;         // luminance of a white, rough, empty ground
 };

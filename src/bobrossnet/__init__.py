@@ -42,6 +42,7 @@ from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
+from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
@@ -55,6 +56,7 @@ __all__ = [
     "Film",
     "Frame",
     "GBuffer",
+    "Glass",
     "Guides",
     "Hits",
     "Implicit",

@@ -126,6 +126,10 @@ class Material:
         metallic: float,
         roughness: float,
         emissive: tuple[float, float, float],
+        transmission: float = 0,
+        ior: float = 1.5,
+        attenuation: tuple[float, float, float] = (1, 1, 1),
+        attenuation_distance: float = ...,
     ) -> None: ...
     @property
     def color(self) -> list[float]: ...
@@ -191,6 +195,7 @@ class Lights:
         environment: Environment | None,
         turn: float,
         ground: float | None,
+        radius: float,
         bounces: int,
     ) -> None: ...
 
@@ -212,13 +217,13 @@ class Lighting:
         """Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on."""
 
     def first_hits(self, camera: Camera, planes: F32) -> None:
-        """Writes (9, H, W): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
+        """Writes (10, H, W): mask, depth, normal and albedo of the scene, mask and depth of the ground, `behind`."""
 
     def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]:
-        """Pixels of first hits (9, H, W) whose neighbours differ, (n, 2), and the hits within them, (n, side**2, 9)."""
+        """Pixels of first hits (10, H, W) whose neighbours differ, (n, 2), and the hits in them, (n, side**2, 10)."""
 
 class LightHistory:
-    """Paths on surfaces, at most one mean for each pixel. `guides` are (7, H, W), as `ground`, of what its camera sees."""
+    """Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W)."""
 
     layout: ClassVar[Layout]
     def __init__(self, height: int, width: int) -> None: ...
@@ -247,7 +252,7 @@ class LightHistory:
         """Writes all samples to planes (C, H, W) of zeros."""
 
 def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
-    """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 9)."""
+    """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10)."""
 
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""

@@ -40,7 +40,8 @@ class MovingLight:
     """The light of a scene, frame by frame.
 
     Each frame finds the first surfaces at all pixels, reprojects earlier paths to them, traces new paths where they are
-    missing, noisy or old, and completes the picture along the surfaces. The lights stay where the first camera has them.
+    missing, noisy or old, and completes the picture along the surfaces. The lights stay where the first camera
+    has them.
     """
 
     def __init__(self, scene: Scene, size: Size, light: LightLike, ground: bool, seed: int, network: Network) -> None:

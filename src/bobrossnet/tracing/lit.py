@@ -36,8 +36,8 @@ PATHS = 16
 
 MAX_PATHS = 4096
 
-HITS = 9
-"""Numbers of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
+HITS = 10
+"""Numbers of a first hit: mask, depth, normal and albedo, mask and depth of the ground, and `Guides.behind`."""
 
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
@@ -133,12 +133,12 @@ class LitTracer:
             edges = None
         ground = None
         if self._has_ground:
-            share, depth = planes[7:]
+            share, depth = planes[7:9]
             flat = np.zeros((2, *self.size), np.float32)
             ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
         if self._apart:
             planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
-        return Guides.from_planes(planes[:7], ground, edges)
+        return Guides.from_planes(planes[:7], ground, edges, planes[9])
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
@@ -159,6 +159,7 @@ def lighting(
         environment,
         math.radians(sky.turn),
         level,
+        scene.radius,
         check_integer("bounces", bounces, 1, MAX_BOUNCES),
     )
     return _core.Lighting(scene.core, in_core)
@@ -168,7 +169,9 @@ def _means(hits: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, HITS): first hits over whole pixels, depth, normal and albedo over what of them is covered."""
     covered = hits[..., :1].mean(1)
     of_surface = (hits[..., 1:7] * hits[..., :1]).mean(1) / np.maximum(covered, 1 / hits.shape[1])
-    return np.concatenate([covered, of_surface, hits[..., 7:8].mean(1), np.zeros_like(covered)], -1)
+    return np.concatenate(
+        [covered, of_surface, hits[..., 7:8].mean(1), np.zeros_like(covered), hits[..., 9:].mean(1)], -1
+    )
 
 
 def lit_tracer(
