@@ -47,7 +47,9 @@ class MovingLight:
     def __init__(self, scene: Scene, size: Size, light: LightLike, ground: bool, seed: int, network: Network) -> None:
         self._scene, self.size, self._light, self._ground = scene, size, light, ground
         self._seed, self._network = seed, network
-        self._moves = 0
+        self._moves = self._frames = 0
+        self._is_coarse = False  # the first hits within pixels
+        self._guides: Guides
         self._completing = self._pixel_seconds = 0.0
         self.forget()
 
@@ -91,7 +93,7 @@ class MovingLight:
         seed = (self._seed + self._moves) % 2**64
         self._tracer = LitTracer(self._scene, camera, self.size, self._lights, ground=self._ground, seed=seed)
         is_first = self._camera is None
-        self._guides: Guides = self._tracer.guides(EDGE_RAYS if is_first else MOVING_EDGE_RAYS)
+        self._guides = self._tracer.guides(EDGE_RAYS if is_first else MOVING_EDGE_RAYS)
         self._is_coarse = not is_first
         self._camera = camera
         self._history.move(self._tracer.camera_in_core, *self._surfaces)
