@@ -97,14 +97,14 @@ void complete_along(const bob::Layout& known, const ConstPlanes& planes, const b
 }
 
 void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
-                     const bob::Layout& completed, const Planes& output) {
+                     const bob::Layout& completed, bool covered_only, const Planes& output) {
     check_planes(known, planes, completed, output);
     expect(guides.shape(0) == static_cast<std::size_t>(guides_layout.width()), "guides: expected the layout's width");
     expect(guides.shape(1) == planes.shape(1) && guides.shape(2) == planes.shape(2), "guides: expected the planes' size");
     expect(planes.shape(1) > 0 && planes.shape(2) > 0, "planes: expected at least one pixel");
     interruptible([&] {
         bob::complete_guided(known, planes.data(), guides_layout, guides.data(), *completed.begin(), static_cast<int>(planes.shape(1)),
-                             static_cast<int>(planes.shape(2)), output.data());
+                             static_cast<int>(planes.shape(2)), covered_only, output.data());
     });
 }
 
@@ -146,6 +146,6 @@ void bind_completion(nb::module_& m) {
     m.def("complete_along", &complete_along, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
           "guide"_a.noconvert(), "unit"_a.none(), "output"_a.noconvert());
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
-          "completed"_a, "output"_a.noconvert());
+          "completed"_a, "covered_only"_a, "output"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -175,10 +176,14 @@ void trace_picture(bob::PictureTracing& tracing, std::size_t count, const Planes
 void bind_scene(nb::module_& m) {
     nb::class_<bob::Material>(m, "Material")
         .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
-                            double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive) {
+                            double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive,
+                            double transmission, double ior, const std::array<double, 3>& attenuation, double attenuation_distance) {
             new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess, metallic, roughness,
-                                     {emissive[0], emissive[1], emissive[2]}};
-        }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a, "metallic"_a, "roughness"_a, "emissive"_a)
+                                     {emissive[0], emissive[1], emissive[2]}, transmission, ior, {attenuation[0], attenuation[1], attenuation[2]},
+                                     attenuation_distance};
+        }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a, "metallic"_a, "roughness"_a, "emissive"_a,
+             "transmission"_a = 0.0, "ior"_a = 1.5, "attenuation"_a = std::array{1.0, 1.0, 1.0},
+             "attenuation_distance"_a = std::numeric_limits<double>::infinity())
         .def_prop_ro("color", [](const bob::Material& m) { return std::to_array(m.color); })
         .def_ro("ambient", &bob::Material::ambient)
         .def_ro("diffuse", &bob::Material::diffuse)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -31,7 +32,13 @@
 
 namespace {
 
-static_assert(sizeof(bob::Material) == 12 * sizeof(double), "the page has twelve numbers");
+/// The page has twelve numbers of a material, and no glass.
+bob::Material material_of(const double* numbers) {
+    bob::Material material;
+    static_assert(offsetof(bob::Material, transmission) == 12 * sizeof(double));
+    std::memcpy(static_cast<void*>(&material), numbers, 12 * sizeof(double));
+    return material;
+}
 
 std::uint64_t joined(std::uint32_t low, std::uint32_t high) { return std::uint64_t{high} << 32 | low; }
 
@@ -131,12 +138,12 @@ EXPORT(end_sha256) void end_sha256(bob::Sha256* hash, std::uint8_t* digest) {
 /// Indices of the instances in canonical order. shapes: (count, 32), the digest of each one's shape; transforms:
 /// (count, 4, 4); materials: (count, 12).
 EXPORT(canonical_order)
-bool canonical_order(const bob::Digest* shapes, const double* transforms, const bob::Material* materials, std::size_t count,
+bool canonical_order(const bob::Digest* shapes, const double* transforms, const double* materials, std::size_t count,
                      std::uint32_t* order) {
     return attempt([&] {
         std::vector<bob::Digest> digests;
         for (std::size_t i = 0; i < count; ++i) {
-            digests.push_back(bob::instance_digest(shapes[i], bob::affine_map(transforms + 16 * i), materials[i]));
+            digests.push_back(bob::instance_digest(shapes[i], bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)));
         }
         std::ranges::copy(bob::canonical_order(digests), order);
         return true;
@@ -153,11 +160,11 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 /// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
 /// diffuse, specular, shininess, metallic, roughness, emissive linear RGB.
 EXPORT(make_scene)
-bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const bob::Material* materials) {
+bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials) {
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
-            placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), materials[i]});
+            placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)});
         }
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });

@@ -11,8 +11,11 @@ import bobrossnet as bob
 from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
 from bobrossnet.picture.environment import read_hdr
+from bobrossnet.pictures.rendering import finished
+from bobrossnet.tracing.light import studio
 from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import traced_light
 
 SIZE = (48, 64)
 WHITE = bob.Material("#fff", ambient=0, diffuse=1, specular=0)  # diffuse, and reflects all light
@@ -234,6 +237,126 @@ def test_lamps_light_other_surfaces():
     assert 0.1 < np.median(seen["gray"][(seen["gray"] > 0) & (seen["gray"] < 1)]) < 0.9
 
 
+# ---- Glass -----------------------------------------------------------------------------------------------
+
+
+def glass(shape, **options):
+    return bob.Instance(shape, material=bob.Glass(**options))
+
+
+def box(low, high):
+    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
+    faces = [
+        (0, 2, 3),
+        (0, 3, 1),
+        (4, 5, 7),
+        (4, 7, 6),
+        (0, 1, 5),
+        (0, 5, 4),
+        (2, 6, 7),
+        (2, 7, 3),
+        (0, 4, 6),
+        (0, 6, 2),
+    ]
+    return bob.Mesh(corners, [*faces, (1, 3, 7), (1, 7, 5)])
+
+
+@pytest.mark.parametrize("kind", ROUND)
+@pytest.mark.parametrize("options", [{}, {"ior": 2.42}, {"roughness": 0.1}, {"transmission": 0.5}])
+def test_glass_in_a_white_world_is_white(kind, options):
+    """The furnace: both branches of Fresnel together reflect and transmit all light, up to the stated depth."""
+    seen = lit(glass(ROUND[kind](), **options), bob.Sky(), bob.Camera(), (24, 32), paths=64)
+    gray = seen["gray"][inner(seen["hit"])]
+    assert gray.mean() == pytest.approx(1, abs=0.01)
+    assert gray.max() < 1.05
+
+
+def test_rough_glass_is_nearly_white_in_a_white_world():
+    """What two of its facets would reflect or refract is lost."""
+    seen = lit(glass(nurbs.sphere(), roughness=0.5), bob.Sky(), bob.Camera(), (24, 32), paths=64)
+    assert 0.8 < seen["gray"][inner(seen["hit"])].mean() <= 1.01
+
+
+def test_a_slab_of_glass_offsets_what_is_behind_it():
+    """By t sin(a) (1 - cos(a) / sqrt(n^2 - sin(a)^2)): Snell."""
+    n, thick = 1.5, 0.6
+    slab = box((-4, -4, 1), (4, 4, 1 + thick))
+    half = bob.Mesh([(0, -4, 0.01), (4, -4, 0.01), (4, 4, 0.01), (0, 4, 0.01)], [(0, 1, 2), (0, 2, 3)])
+    lamp = bob.Instance(square(8), material=bob.Material("#000", emissive="#fff"))
+    dark = bob.Instance(half, material=bob.Material("#000", ambient=0, diffuse=0, specular=0))
+    look, size = bob.Camera(azimuth=0, elevation=45, zoom=3), (96, 96)
+    edges = []
+    for index in (1, n):
+        scene = bob.Scene([lamp, dark, glass(slab, ior=index)])
+        gray = lit(scene, bob.Sky("#000"), look, size, paths=64)["gray"][:, 30:60].mean(1)
+        edges.append((np.flatnonzero(gray > 0.5 * gray.max())[-1], scene.radius))
+    (plain, radius), (offset, _) = edges
+    pixels = (offset - plain) * 2 / (3 * 96) * radius
+    a = math.radians(45)
+    expected = thick * math.sin(a) * (1 - math.cos(a) / math.sqrt(n**2 - math.sin(a) ** 2))
+    assert abs(pixels) == pytest.approx(expected, abs=1.1 * 2 / (3 * 96) * radius)
+
+
+def test_glass_takes_light_away_by_beer():
+    slab = box((-2, -2, 0), (2, 2, 0.5))
+    tinted = glass(slab, ior=1, attenuation=(0.5, 0.25, 1.0), distance=0.5)
+    seen = lit(tinted, bob.Sky(), ABOVE)
+    np.testing.assert_allclose(seen["color"][inner(seen["hit"])].mean(0), (0.5, 0.25, 1), atol=1e-3)
+
+
+def test_a_camera_may_be_inside_of_glass():
+    """What it sees is refracted on the way out alone: beyond the critical angle it sees a mirror."""
+    pool = glass(box((-2, -2, -2), (2, 2, 2)), ior=1.5, attenuation=(0.5, 0.5, 0.5), distance=1.0)
+    camera = bob.Camera(position=(0, 0, 0), target=(0, 0, 1), up=(1, 0, 0), fov=20)
+    seen = lit(pool, bob.Sky(), camera, (16, 16), paths=256)
+    middle = seen["gray"][7:9, 7:9].mean()
+    # 96 % leave at once after two units; some light comes back from the floor, dimmed by six units more.
+    assert middle == pytest.approx(0.96 * 0.25, abs=0.01)
+
+
+def test_water_may_reach_into_its_glass():
+    """The last solid that was entered counts: where indices are alike, overlapping solids are as one."""
+    both = [glass(sphere_mesh()), glass(sphere_mesh()).scale(0.8)]
+    sky = bob.Sky("#fff", "#000")
+    one = lit(both[0], sky, bob.Camera(elevation=0), (33, 33), paths=64)["gray"]
+    two = lit(both, sky, bob.Camera(elevation=0), (33, 33), paths=64)["gray"]
+    assert np.abs(one - two).mean() < 0.01
+
+
+def test_guides_behind_mirrors_and_glass_are_of_what_they_show():
+    red = bob.Instance(square(6, -1), material=bob.Material("#f00", ambient=0, diffuse=1, specular=0))
+    camera = bob.Camera(elevation=60, zoom=2)
+    chrome = bob.Instance(square(6, 2), material=bob.Material("#fff", metallic=1, roughness=0))
+    cases = {
+        "glass": ([red, glass(box((-3, -3, 0), (3, 3, 0.5)))], (1, 0, 0)),
+        "mirror": ([red, chrome], (1, 1, 1)),
+        "rough": ([red, glass(box((-3, -3, 0), (3, 3, 0.5)), roughness=0.5)], None),
+    }
+    for name, (scene, albedo) in cases.items():
+        guides = LitTracer(scene, camera, SIZE, [bob.Sky()]).guides()
+        middle = np.s_[20:28, 28:36]
+        assert (guides.behind[middle] == (albedo is not None)).all(), name
+        if albedo is not None:
+            np.testing.assert_allclose(guides.channel("albedo")[middle], np.broadcast_to(albedo, (8, 8, 3)), atol=1e-6)
+    plain = LitTracer([red], camera, SIZE, [bob.Sky()]).guides()
+    assert not plain.behind.any()
+
+
+def test_bad_glass_is_named():
+    for options, name in (
+        ({"ior": 0.9}, "ior"),
+        ({"ior": 101}, "ior"),
+        ({"distance": 0}, "distance"),
+        ({"transmission": 2}, "transmission"),
+    ):
+        with pytest.raises(bob.InputError, match=f"{name}: expected"):
+            bob.Glass(**options)
+    with pytest.raises(bob.InputError, match="material: expected a Material to write, got Glass"):
+        bob.save_scene(glass(sphere_mesh(1)), "no.bob")
+    assert bob.Glass() == bob.Glass()
+    assert bob.Glass() != bob.Glass(ior=1.4)
+
+
 # ---- Environments ----------------------------------------------------------------------------------------
 
 
@@ -317,6 +440,92 @@ def test_what_floats_high_has_no_shadow_without_a_ground():
     picture = bob.render(white(sphere_mesh()), size=(48, 64), light="studio", ground=False, samples=1)
     hit = bob.trace(sphere_mesh(), size=(48, 64)).alpha > 0
     assert picture.alpha[inner(~hit, 1)].max() == 0
+
+
+# ---- A moving camera -------------------------------------------------------------------------------------
+
+
+def turned(degrees):
+    return bob.Camera(azimuth=30 + degrees, zoom=0.8)
+
+
+def truth_of(scene, light, camera, size, paths=512):
+    tracer = LitTracer(scene, camera, size, light, ground=True, paths=paths, seed=77)
+    return finished(traced_light(tracer, 1.0, "lattice", 0, None), scene, camera, **PLAIN)
+
+
+PLAIN = {"samples": 4, "background": None, "model": "default"}
+
+
+def error_of(picture, truth):
+    return np.abs(picture.color - truth.color).mean() + np.abs(picture.alpha - truth.alpha).mean()
+
+
+def test_reprojected_light_leaves_less_error_than_new_paths_alone():
+    scene, size = bob.Scene(bob.happy_tree()), (96, 128)
+    lights = studio(turned(0))
+    view = bob.View(scene, size=size, light=lights, ground=True)
+    for i in range(7):
+        frame = view.frame(turned(2 * i), fraction=0.02)
+    assert frame.fraction < 0.03 < frame.shown.fraction
+    alone = bob.View(scene, size=size, light=lights, ground=True).frame(turned(12), fraction=0.02)
+    truth = truth_of(scene, lights, turned(12), size)
+    assert error_of(frame.picture(), truth) < 0.75 * error_of(alone.picture(), truth)
+
+
+def test_a_camera_at_rest_settles_to_the_converged_picture():
+    """Paths of earlier cameras give way to this one's; then noise falls."""
+    scene, size = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))]), (48, 64)
+    lights = [bob.Light((1, 1, 2), angle=10), bob.Sky(intensity=0.3)]
+    view = bob.View(scene, size=size, light=lights, ground=True)
+    errors, truth = [], truth_of(scene, lights, turned(3), size)
+    view.frame(turned(0), fraction=0.2)
+    for _ in range(12):
+        frame = view.frame(turned(3), fraction=0.5)
+        errors.append(error_of(frame.picture(), truth))
+    assert frame.fraction > 0.5  # the rest shows nothing
+    np.testing.assert_allclose(frame.shown.planes, frame.gbuffer.planes, atol=1e-5)
+    assert errors[-1] < 0.5 * errors[0]
+    assert errors[-1] < 0.006
+
+
+@pytest.mark.parametrize(
+    ("material", "share_kept"),
+    [
+        (WHITE, (0.5, 1)),
+        (bob.Material("#fff", metallic=1, roughness=0), (0, 0)),
+        (bob.Material("#fff", metallic=1, roughness=0.2), (0, 0.1)),
+        (bob.Material("#fff", metallic=0, roughness=0.6), (0.4, 1)),
+    ],
+)
+def test_mirrors_and_highlights_are_not_reprojected(material, share_kept):
+    ball = bob.Scene(bob.Instance(sphere_mesh(), material=material))
+    view = bob.View(ball, size=(96, 128), light="studio", ground=False)
+    before, after = view.frame(turned(0), fraction=0.2), view.frame(turned(3), fraction=1e-4)
+    hits = after.shown.guides.hit > 0
+    kept = np.count_nonzero((after.shown.mask > 0) & (after.gbuffer.mask == 0) & hits)
+    least, most = share_kept
+    assert least <= kept / np.count_nonzero(before.shown.mask * before.shown.guides.hit) <= most
+
+
+def test_samples_do_not_drift():
+    """There and back again, a sample is where it was: the edge of a shadow stays as sharp."""
+    scene, size = bob.Scene(white(sphere_mesh())), (96, 128)
+    view = bob.View(scene, size=size, light=[bob.Light((1, 1, 2), angle=1)], ground=True)
+    first = view.frame(turned(0), fraction=0.1)
+    for degrees in (1, 2, 1, 0):
+        last = view.frame(turned(degrees), fraction=1e-4)
+    both = (first.shown.mask > 0) & (last.shown.mask > 0)
+    assert both.sum() > 0.5 * first.shown.mask.sum()
+    same = np.isclose(first.shown.channel("shadow"), last.shown.channel("shadow"), atol=1e-4)
+    assert same[both].mean() > 0.97
+
+
+def test_views_under_the_headlight_are_as_they_were():
+    with_light = bob.View(bob.happy_tree(), size=SIZE, light="headlight").frame(fraction=0.1)
+    assert np.array_equal(with_light.image, bob.View(bob.happy_tree(), size=SIZE).frame(fraction=0.1).image)
+    with pytest.raises(bob.InputError, match="light: expected none beside a tracer"):
+        bob.View(tracer=lambda camera, pixels: None, light="studio")
 
 
 # ---- Doors -----------------------------------------------------------------------------------------------
@@ -412,6 +621,8 @@ def test_extreme_scenes_end():
     inside_out = bob.Mesh(ball.vertices, ball.triangles[:, ::-1])
     mirror = bob.Material("#fff", metallic=1, roughness=0)
     within = bob.Camera(position=(0.1, 0, 0), target=(1, 0, 0), fov=90)
+    crystal = bob.Instance(ball, material=bob.Glass(ior=100))
+    balls = [bob.Instance(ball, material=bob.Glass()).scale(1 - i / 1001) for i in range(1000)]
     nested = [bob.Instance(ball, material=mirror).scale(1 - i / 1001) for i in range(1000)]
     for scene, light, camera in (
         (ball, bob.Sky("#000"), bob.Camera()),
@@ -421,6 +632,9 @@ def test_extreme_scenes_end():
         (bob.Mesh(ball.vertices, ball.triangles[:9]), "studio", bob.Camera()),
         (bob.Instance(ball, material=mirror), "studio", within),
         (nested, "studio", bob.Camera()),
+        (balls, "studio", bob.Camera()),
+        (crystal, "studio", within),
+        (bob.Instance(bob.Mesh(ball.vertices, ball.triangles[:9]), material=bob.Glass()), "studio", bob.Camera()),
         (ball, bob.Light((0, 0, 1), angle=180), bob.Camera(elevation=-30)),
     ):
         picture = bob.render(scene, camera, size=(24, 32), light=light, samples=1)

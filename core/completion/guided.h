@@ -16,6 +16,8 @@ namespace bob {
 /// much more its neighbours scatter than noise explains; where one is brighter than twice those around it, that is taken for noise as far
 /// as its variance lets it.
 ///
+/// With `covered_only`, pixels without coverage are 0, and cost nothing: of light that only surfaces show.
+///
 /// planes: (known.width(), height, width) of a G-buffer, 0 where not traced, with `channel`, gray or color, and perhaps the
 /// variance; guides: (guides.width(), height, width) with mask, depth, normal and albedo. Writes the channel's components,
 /// (components, height, width), all at least 0; 0 where nothing is traced at all. Throws std::invalid_argument if a channel is missing.
@@ -25,6 +27,6 @@ namespace bob {
 ///
 /// After Moon et al., "Adaptive Rendering Based on Weighted Local Regression" (2014), of sparse pixels.
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
-                     int height, int width, float* output);
+                     int height, int width, bool covered_only, float* output);
 
 }  // namespace bob

@@ -14,6 +14,9 @@ class Facets {
 public:
     explicit Facets(float alpha) : alpha_(alpha) {}
 
+    /// Of a highlight, in radians or so.
+    [[nodiscard]] float width() const { return alpha_; }
+
     /// Of facets in a direction.
     [[nodiscard]] float distribution(Vec3 half) const {
         const float a2 = alpha_ * alpha_, x = half.x * half.x + half.y * half.y + a2 * half.z * half.z;

@@ -11,7 +11,9 @@
 #include "base/color.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
+#include "light/dielectric.h"
 #include "light/directions.h"
+#include "light/edges.h"
 #include "light/reflection.h"
 #include "light/sobol.h"
 
@@ -23,6 +25,21 @@ constexpr std::size_t paths_at_once = 4096;
 
 /// Surfaces that a path meets at most, mirrors counted.
 constexpr int most_surfaces = 8;
+
+/// The same of paths through glass, which end sooner where less than this share of their light is left.
+constexpr int most_in_glass = 32;
+constexpr float least_throughput = 1e-3f;
+
+/// Of the squared roughness: smoother mirrors and glass show things.
+constexpr float smooth = 0.02f, smoothest = 1e-3f;
+
+float squared_roughness(const Material& material) {
+    const float roughness = Material::rounded(material.roughness);
+    return std::max(smoothest, roughness * roughness);
+}
+bool shows_things(const Material& material) {
+    return material.is_physical() && squared_roughness(material) <= smooth && (material.transmission >= 0.5 || material.metallic >= 0.5);
+}
 
 /// More than what rounding moves a point of the unit sphere by, from the numbers of its ray on.
 constexpr float rounding = 0x1p-21f;
@@ -76,6 +93,11 @@ struct Lighting::Met {
     Vec3 point, normal, face;      // the normals turned to the ray
     Vec3 color;                    // of the shape and its material together
     const Material* material = nullptr;
+};
+
+/// In a picture; pixels' centres are at whole numbers.
+struct Lighting::Place {
+    float row, column;
 };
 
 struct Lighting::Memory {
@@ -142,6 +164,28 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
     }
 }
 
+float Lighting::index(const Media& media) const { return media.is_empty() ? 1 : Material::rounded(scene_[media.last()].material.ior); }
+
+Media Lighting::media_around(const Projection& projection) const {
+    Media media;
+    if (!has_glass_ || !projection.in_perspective()) return media;
+    // Outwards from the eye, a solid that is met an odd number of times is around it; the first to be left is the innermost.
+    Ray ray{projection.line(0, 0).origin, normalized({0.36f, 0.48f, 0.8f})};
+    std::vector<std::uint32_t> met, around;
+    for (int k = 0; k < most_in_glass; ++k) {
+        SceneHit hit;
+        scene_.closest_hits({&ray, 1}, {&hit, 1});
+        if (hit.instance == no_instance) break;
+        if (scene_[hit.instance].material.transmission > 0) met.push_back(hit.instance);
+        ray.origin = ray.origin + (hit.t + 2 * errors_[hit.instance]) * ray.direction;
+    }
+    for (const std::uint32_t instance : met) {
+        if (std::ranges::count(met, instance) % 2 == 1 && std::ranges::find(around, instance) == around.end()) around.push_back(instance);
+    }
+    for (auto instance = around.rbegin(); instance != around.rend(); ++instance) media.enter(*instance);
+    return media;
+}
+
 bool Lighting::sees(const Projection& projection, float row, float column, Ray& ray) const {
     const bool is_inner = projection.ray(row, column, ray);
     if (!lights_.has_ground()) return is_inner;
@@ -155,6 +199,7 @@ Lighting::Lighting(const Scene& scene, Lights lights) : scene_(scene), lights_(s
     for (std::uint32_t k = 0; k < scene.size(); ++k) {
         const Instance& instance = scene[k];
         const double least = singular_values(instance.to_shape)[2];
+        has_glass_ = has_glass_ || instance.material.transmission > 0, shows_things_ = shows_things_ || shows_things(instance.material);
         errors_.push_back(static_cast<float>(std::min(1., static_cast<double>(instance.shape->hit_error()) / least)) + rounding);
     }
     const Sky& sky = lights_.sky;
@@ -180,12 +225,16 @@ struct Path {
     float density = 0;  // of its last direction, for the balance heuristic; infinite if no light is drawn there
     std::uint32_t slot = 0;
     std::int32_t left = 0;  // surfaces that it may still be shaded at
+    float change = 0;       // of its light for each radian that the eye turns by
+    Media media;
+    bool through_glass = false;
     bool to_ground = false; // rather than to the eye: what it brings takes from the shadow there
 };
 
 /// Light on its way, which arrives unless something is between.
 struct Sent {
     Vec3 light;
+    float change;
     std::uint32_t slot;
     enum To : std::uint8_t { surface, surface_beside_ground, ground } to;
 };
@@ -193,7 +242,7 @@ struct Sent {
 /// The sum of one path.
 struct Arrived {
     Vec3 color, albedo, normal;
-    float shadow = 0, depth = 0;
+    float shadow = 0, depth = 0, change = 0;
     bool is_hit = false, is_uncertain = false;
 };
 
@@ -203,8 +252,9 @@ struct Arrived {
 class Lighting::Paths {
 public:
     /// Rays see textures as wide as their share of a pixel.
-    Paths(const Lighting& lighting, const Projection& projection, float share)
-        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)) {}
+    Paths(const Lighting& lighting, const Projection& projection, float share, bool asks_for_changes)
+        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)),
+          asks_for_changes_(asks_for_changes), media_(lighting.media_around(projection)) {}
 
     std::vector<Arrived> arrived;
 
@@ -221,12 +271,12 @@ public:
         if (!lighting_.sees(projection_, row, column, ray)) return;
         rays_.push_back(ray), widths_.push_back(width_ / length(ray.direction)), wants_.push_back(1);
         Path path;
-        path.slot = slot, path.left = lights_.bounces;
+        path.slot = slot, path.left = lights_.bounces, path.media = media_;
         paths_.push_back(path);
     }
 
     void go() {
-        for (int surface = 0; !paths_.empty() && surface < most_surfaces + 1; ++surface) {
+        for (int surface = 0; !paths_.empty() && surface < most_in_glass + 1; ++surface) {
             lighting_.meet(rays_, widths_, wants_, memory_);
             send(surface);
             receive();
@@ -244,7 +294,11 @@ private:
         light_rays_.clear(), sent_.clear();
         const std::vector<Met>& met = memory_.met;
         for (std::size_t i = 0; i < paths_.size(); ++i) {
-            const Path& path = paths_[i];
+            Path& path = paths_[i];
+            if (!path.media.is_empty() && met[i].kind != Met::sky) {
+                const Material& glass = lighting_.scene_[path.media.last()].material;
+                path.throughput = product(path.throughput, attenuation(glass, length(met[i].point - rays_[i].origin), lights_.radius));
+            }
             Arrived& to = arrived[path.slot];
             if (surface == 0) {
                 if (met[i].kind == Met::surface) note(to, met[i], path.slot);
@@ -257,19 +311,20 @@ private:
             }
             if (path.to_ground && surface == 1) to.shadow += luminance(lights_.sky.radiance(rays_[i].direction)) / lighting_.ground_light_;
             if (met[i].material->emits()) arrive(path, Material::rounded(met[i].material->emissive));
-            if (path.left > 0 && surface < most_surfaces) shade(path, met[i], rays_[i].direction, surface);
+            if (path.left > 0 && surface < (path.through_glass ? most_in_glass : most_surfaces)) shade(path, met[i], rays_[i].direction, surface);
         }
         rays_.swap(next_rays_), paths_.swap(next_paths_), widths_.swap(next_widths_), wants_.swap(next_wants_);
     }
 
     /// Adds light at the end of a path.
-    void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.to_ground); }
-    void arrive(std::uint32_t slot, Vec3 light, bool to_ground) {
+    void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.change, path.to_ground); }
+    void arrive(std::uint32_t slot, Vec3 light, float change, bool to_ground) {
         Arrived& to = arrived[slot];
         if (to_ground) {
             to.shadow -= luminance(light) / lighting_.ground_light_;
         } else {
             to.color = to.color + light;
+            if (change > 0) to.change += change * luminance(light);
         }
     }
 
@@ -297,10 +352,16 @@ private:
         const Across across(met.normal);
         Vec3 eye = across.to(-normalized(direction));
         eye.z = std::max(eye.z, 1e-3f), eye = normalized(eye);
-        const Reflection reflection(*met.material, met.color, eye);
-        const Vec3 origin = met.point + met.start * met.face;
         const PixelSequence& sequence = sequences_[path.slot];
         const std::uint32_t group = 1 + static_cast<std::uint32_t>(surface) * groups_of_surface;
+        // Bodies are seen from outside alone.
+        const float transmission = path.media.contains(met.instance) ? 1 : Material::rounded(met.material->transmission);
+        if (met.material->transmission > 0 && sequence(group)[3] < transmission) {
+            pass(path, met, across, eye, normalized(direction), surface, sequence(group));
+            return;
+        }
+        const Reflection reflection(*met.material, met.color, eye);
+        const Vec3 origin = met.point + met.start * met.face;
 
         const auto send_light = [&](Vec3 toward, Vec3 radiance_over_density, float density, bool is_point) {
             const Vec3 own = across.to(toward);
@@ -308,7 +369,8 @@ private:
             const float share = is_point ? 1 : share_of(density, reflection.density(own));
             const Vec3 light = share * product(path.throughput, product(reflection(own), radiance_over_density));
             if (!(luminance(light) > 0)) return;
-            light_rays_.push_back({origin, toward}), sent_.push_back({light, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
+            const float change = surface == 0 && asks_for_changes_ ? reflection.change_per_radian(own) : path.change;
+            light_rays_.push_back({origin, toward}), sent_.push_back({light, change, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
         };
         std::uint32_t number = 0;
         for (const DiscLight& disc : lights_.discs) {
@@ -333,11 +395,47 @@ private:
         // Shading normals lean: what would go into the surface is turned back at it.
         if (const float along = dot(toward, met.face); along <= 0) toward = toward - 2 * along * met.face;
         Path on = path;
+        if (surface == 0 && asks_for_changes_) on.change = reflection.change_per_radian(drawn.toward);
         on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density;
         if (!drawn.is_mirrored) --on.left;
         next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(on.left > 0);
         next_widths_.push_back(drawn.is_mirrored ? width_ : 0.05f);
         to.is_uncertain = true;
+    }
+
+    /// Sends a path on at glass: reflected or refracted, by Fresnel. Lights are not drawn there, but found.
+    void pass(const Path& path, const Met& met, const Across& across, Vec3 eye, Vec3 direction, int surface,
+              const std::array<float, Sobol::dimensions>& draws) {
+        const Material& material = *met.material;
+        Path on = path;
+        on.density = std::numeric_limits<float>::infinity(), on.through_glass = true;
+        const float alpha = squared_roughness(material);
+        if (surface == 0) on.change = 1 / alpha;
+        const bool is_left = path.media.contains(met.instance), is_straight = is_left && path.media.last() != met.instance;
+        if (is_left) on.media.leave(met.instance);
+        Media beyond = on.media;
+        if (!is_left) beyond.enter(met.instance);
+        const float eta = lighting_.index(path.media) / lighting_.index(beyond);
+        bool is_reflected = false;
+        Vec3 toward = direction;
+        if (!is_straight) {
+            const Facets facets(alpha);
+            const bool is_rough = alpha > smooth;
+            const Vec3 half = is_rough ? facets.draw(eye, draws[1], draws[2]) : Vec3{0, 0, 1};
+            const Boundary boundary(std::min(1.f, dot(eye, half)), eta);
+            is_reflected = draws[0] < boundary.reflectance;
+            const Vec3 own = is_reflected ? 2 * dot(eye, half) * half - eye : refracted(eye, half, eta, boundary.beyond);
+            if (is_reflected != (own.z > 0)) return;
+            if (is_rough) on.throughput = (is_reflected ? facets.joint(eye.z, own.z) : 1) * facets.masking(std::abs(own.z)) * on.throughput;
+            toward = across.from(own);
+            if (const float along = dot(toward, met.face); (along > 0) != is_reflected) toward = toward - 2 * along * met.face;
+        }
+        on.media = is_reflected ? path.media : beyond;
+        if (!is_reflected && !is_left) on.throughput = product(on.throughput, met.color);  // once for each solid
+        if (luminance(on.throughput) < least_throughput) return;
+        const Vec3 origin = met.point + (is_reflected ? met.start : -met.start) * met.face;
+        next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(1), next_widths_.push_back(width_);
+        arrived[path.slot].is_uncertain = true;
     }
 
     /// Samples the share of its light that the ground lacks.
@@ -349,7 +447,7 @@ private:
             const float lost = light / lighting_.ground_light_;
             const Ray ray{origin, toward};
             if (!(lost > 0) || !(toward.z > 0) || entry(ray) < 0) return;
-            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, path.slot, Sent::ground});
+            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, 0, path.slot, Sent::ground});
             arrived[path.slot].is_uncertain = true;
         };
         std::uint32_t number = 0;
@@ -378,11 +476,11 @@ private:
         lighting_.meet(light_rays_, widths, wants, memory_);
         for (std::size_t i = 0; i < sent_.size(); ++i) {
             const bool is_free = memory_.met[i].kind == Met::sky;
-            const auto& [light, slot, to] = sent_[i];
+            const auto& [light, change, slot, to] = sent_[i];
             if (to == Sent::ground) {
                 if (!is_free) arrived[slot].shadow += light.x;
             } else if (is_free) {
-                arrive(slot, light, to == Sent::surface_beside_ground);
+                arrive(slot, light, change, to == Sent::surface_beside_ground);
             }
         }
     }
@@ -391,6 +489,8 @@ private:
     const Lights& lights_;
     const Projection& projection_;
     float width_;  // of a ray through a pixel
+    bool asks_for_changes_;
+    Media media_;  // around the camera
     Memory memory_;
     std::vector<PixelSequence> sequences_;
     std::vector<InPicture> places_;
@@ -401,7 +501,8 @@ private:
     std::vector<Sent> sent_;
 };
 
-void Lighting::trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const {
+void Lighting::trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples,
+                     float* changes) const {
     for (const Channel& channel : layout) {
         constexpr Channel written[] = {channels::mask, channels::gray, channels::depth, channels::normal, channels::color, channels::albedo, channels::shadow, channels::variance};
         if (std::find(std::begin(written), std::end(written), channel) == std::end(written)) {
@@ -416,7 +517,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     };
     const std::size_t piece = std::max<std::size_t>(1, paths_at_once / count);
     parallel_for(pixels.size(), piece, [&](std::size_t begin, std::size_t end) {
-        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f);
+        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f, changes != nullptr);
         paths.begin((end - begin) * count);
         for (std::size_t i = begin; i < end; ++i) {
             const auto [row, column] = pixels[i];
@@ -431,13 +532,13 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
         for (std::size_t i = begin; i < end; ++i) {
             const std::span<const Arrived> own{&paths.arrived[(i - begin) * count], count};
             Vec3 color, albedo, normal;
-            float shadow = 0, depth = 0;
+            float shadow = 0, depth = 0, change = 0;
             std::array<double, most_runs> run{};
             std::uint32_t hits = 0;
             bool is_uncertain = false;
             for (std::uint32_t k = 0; k < count; ++k) {
                 const Arrived& arrived = own[k];
-                color = color + arrived.color, shadow += arrived.shadow;
+                color = color + arrived.color, shadow += arrived.shadow, change += arrived.change;
                 if (arrived.is_hit) ++hits, albedo = albedo + arrived.albedo, normal = normal + arrived.normal, depth += arrived.depth;
                 run[std::size_t{k} * runs / count] += static_cast<double>(luminance(arrived.color) + arrived.shadow);
                 is_uncertain = is_uncertain || arrived.is_uncertain;
@@ -455,6 +556,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
             // makes shadows on the ground a sixth worse (tree, bunny, studio, 10 %); none of it takes few equal samples for exact.
             const double unseen = (hits ? static_cast<double>(luminance(color)) : 1.) / (count + 2.);
             if (is_uncertain) variance = std::max(variance, 0.1 * unseen * unseen);
+            if (changes) changes[i] = share * change;
             float* const sample = samples + i * components;
             normal = normalized(normal);
             put(sample, channels::mask, {hits ? 1.f : 0.f});
@@ -469,32 +571,146 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     });
 }
 
-void Lighting::guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const {
-    const Projection projection(camera, height, width);
-    parallel_for(pixels.size(), paths_at_once, [&](std::size_t begin, std::size_t end) {
+void Lighting::see(const Projection& projection, std::span<const Place> places, float share, float* hits) const {
+    struct Own {
         std::vector<std::size_t> number;
         std::vector<Ray> rays;
         std::vector<float> widths;
+        std::vector<std::uint8_t> wants;
         Memory memory;
-        std::fill(values + begin * guide_width, values + end * guide_width, 0.f);
-        for (std::size_t i = begin; i < end; ++i) {
-            Ray ray;
-            if (!sees(projection, static_cast<float>(pixels[i].row), static_cast<float>(pixels[i].column), ray)) continue;
-            number.push_back(i), rays.push_back(ray), widths.push_back(projection.pixel_width(0.5f) / length(ray.direction));
-        }
-        const std::vector<std::uint8_t> wants(rays.size(), 1);
-        meet(rays, widths, wants, memory);
-        for (std::size_t j = 0; j < rays.size(); ++j) {
-            const Met& met = memory.met[j];
-            float* const to = values + number[j] * guide_width;
-            if (met.kind == Met::ground) to[7] = 1, to[8] = projection.unbounded_depth(met.point);
-            if (met.kind != Met::surface) continue;
-            const Pixel pixel = pixels[number[j]];
-            Vec3 normal = projection.on_screen(met.normal, static_cast<float>(pixel.row), static_cast<float>(pixel.column));
+    };
+    auto& [number, rays, widths, wants, memory] = thread_memory<Own>();
+    number.clear(), rays.clear(), widths.clear();
+    std::fill_n(hits, places.size() * first_hit::count, 0.f);
+    const float width = share * projection.pixel_width(0.5f);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        Ray ray;
+        if (!sees(projection, places[i].row, places[i].column, ray)) continue;
+        number.push_back(i), rays.push_back(ray), widths.push_back(width / length(ray.direction));
+    }
+    wants.assign(rays.size(), 1);
+    meet(rays, widths, wants, memory);
+    for (std::size_t j = 0; j < rays.size(); ++j) {
+        const Met& met = memory.met[j];
+        float* const to = hits + number[j] * first_hit::count;
+        if (met.kind == Met::ground) to[first_hit::ground] = 1, to[first_hit::ground_depth] = projection.unbounded_depth(met.point);
+        if (met.kind != Met::surface) continue;
+        const Place place = places[number[j]];
+        Vec3 normal = projection.on_screen(met.normal, place.row, place.column);
+        normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
+        const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
+        std::copy(std::begin(found), std::end(found), to);
+    }
+    if (shows_things_) look_behind(projection, places, number, rays, widths, memory, hits);
+}
+
+void Lighting::look_behind(const Projection& projection, std::span<const Place> places, std::span<const std::size_t> number, std::span<const Ray> first,
+                           std::span<const float> widths, Memory& memory, float* hits) const {
+    struct Looked {
+        std::size_t at;
+        Vec3 tint{1, 1, 1};
+        float length = 0;
+        Media media;
+    };
+    const Media around = media_around(projection);
+    std::vector<Looked> looked;
+    std::vector<Ray> rays(first.begin(), first.end());
+    for (std::size_t j = 0; j < first.size(); ++j) looked.push_back({j, {1, 1, 1}, 0, around});
+    for (int surface = 0; !looked.empty() && surface <= most_surfaces; ++surface) {
+        std::vector<Looked> next;
+        std::vector<Ray> next_rays;
+        std::vector<float> next_widths;
+        for (std::size_t k = 0; k < looked.size(); ++k) {
+            Looked on = looked[k];
+            const Met& met = memory.met[k];
+            float* const to = hits + number[on.at] * first_hit::count;
+            if (met.kind == Met::surface && shows_things(*met.material)) {
+                const Vec3 direction = normalized(rays[k].direction);
+                const float along = std::min(1.f, std::max(1e-3f, -dot(direction, met.normal)));
+                Vec3 toward = direction + 2 * along * met.normal;
+                bool is_reflected = true;
+                if (met.material->transmission >= 0.5) {
+                    const bool is_left = on.media.contains(met.instance);
+                    Media beyond = on.media;
+                    if (is_left) beyond.leave(met.instance);
+                    else beyond.enter(met.instance);
+                    const float eta = index(on.media) / index(beyond);
+                    // The brighter branch.
+                    if (const Boundary boundary(along, eta); boundary.reflectance < 0.5f) {
+                        is_reflected = false, toward = refracted(-direction, met.normal, eta, boundary.beyond);
+                        on.media = beyond;
+                    }
+                }
+                if (is_reflected == (met.material->transmission < 0.5)) on.tint = product(on.tint, met.color);
+                on.length += length(met.point - rays[k].origin) * (surface > 0 ? 1.f : 0.f);
+                next.push_back(on), next_widths.push_back(widths[on.at]);
+                next_rays.push_back({met.point + (is_reflected ? met.start : -met.start) * met.face, toward});
+                continue;
+            }
+            if (surface == 0) continue;
+            // Of the sky all is known: the light that is left to complete is white.
+            const Vec3 radiance = lights_.radiance(normalized(rays[k].direction));
+            const Vec3 own = met.kind == Met::sky ? Vec3{std::min(1.f, radiance.x), std::min(1.f, radiance.y), std::min(1.f, radiance.z)} : met.color;
+            const Vec3 tint = product(on.tint, own);
+            to[first_hit::behind] = 1, to[first_hit::red] = tint.x, to[first_hit::green] = tint.y, to[first_hit::blue] = tint.z;
+            if (met.kind == Met::sky) continue;
+            const Place place = places[number[on.at]];
+            Vec3 normal = projection.on_screen(met.normal, place.row, place.column);
             normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
-            const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
-            std::copy(std::begin(found), std::end(found), to);
+            const float beyond = on.length + length(met.point - rays[k].origin);
+            const Vec3 seems = projection.point(place.row, place.column, to[first_hit::depth]) + beyond * normalized(first[on.at].direction);
+            to[first_hit::depth] = projection.depth(seems), to[first_hit::normal_x] = normal.x, to[first_hit::normal_y] = normal.y;
         }
+        looked.swap(next), rays.swap(next_rays);
+        const std::vector<std::uint8_t> wants(rays.size(), 1);
+        if (!rays.empty()) meet(rays, next_widths, wants, memory);
+    }
+}
+
+void Lighting::first_hits(const Camera& camera, int height, int width, float* planes) const {
+    const Projection projection(camera, height, width);
+    constexpr int side = 64;  // of tiles: neighbours visit the same parts of a BVH
+    const int across = (width + side - 1) / side, down = (height + side - 1) / side;
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    parallel_for(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<Place> places;
+        std::vector<float> hits(std::size_t{side} * side * first_hit::count);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const int top = static_cast<int>(tile) / across * side, left = static_cast<int>(tile) % across * side;
+            const int bottom = std::min(top + side, height), right = std::min(left + side, width);
+            places.clear();
+            constexpr int block = 8;
+            for (int row = top; row < bottom; row += block) {
+                for (int column = left; column < right; column += block) {
+                    for (int y = row; y < std::min(row + block, bottom); ++y) {
+                        for (int x = column; x < std::min(column + block, right); ++x) places.push_back({static_cast<float>(y), static_cast<float>(x)});
+                    }
+                }
+            }
+            see(projection, places, 1, hits.data());
+            for (std::size_t k = 0; k < places.size(); ++k) {
+                const std::size_t i = static_cast<std::size_t>(places[k].row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(places[k].column);
+                for (std::size_t c = 0; c < first_hit::count; ++c) planes[c * pixels + i] = hits[k * first_hit::count + c];
+            }
+        }
+    });
+}
+
+void Lighting::first_hits_within(const Camera& camera, int height, int width, std::span<const Pixel> pixels, int side, float* hits) const {
+    const Projection projection(camera, height, width);
+    const auto per_pixel = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    const float part = 1 / static_cast<float>(side);
+    parallel_for(pixels.size(), std::max<std::size_t>(1, paths_at_once / per_pixel), [&](std::size_t begin, std::size_t end) {
+        std::vector<Place> places;
+        for (std::size_t i = begin; i < end; ++i) {
+            for (int down = 0; down < side; ++down) {
+                for (int right = 0; right < side; ++right) {
+                    const auto off = [=](int k) { return part * (static_cast<float>(k) + 0.5f) - 0.5f; };
+                    places.push_back({static_cast<float>(pixels[i].row) + off(down), static_cast<float>(pixels[i].column) + off(right)});
+                }
+            }
+        }
+        see(projection, places, part, hits + begin * per_pixel * first_hit::count);
     });
 }
 

@@ -50,7 +50,17 @@ struct Lights {
     Sky sky;
     /// Height of a plane that catches shadows, in the scene's coordinates; there is none if it is not finite.
     float ground = -std::numeric_limits<float>::infinity();
+    float radius = 1;  // of the unit sphere, in the scene's units
     int bounces = 2;  // surfaces that a path of light meets, mirrors not counted
+
+    /// Light from a direction where nothing is, without points.
+    [[nodiscard]] Vec3 radiance(Vec3 toward) const {
+        Vec3 light = sky.radiance(toward);
+        for (const DiscLight& disc : discs) {
+            if (disc.height > 0 && disc.covers(toward)) light = light + disc.radiance();
+        }
+        return light;
+    }
 
     [[nodiscard]] bool has_ground() const { return std::isfinite(ground); }
 };

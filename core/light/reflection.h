@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/color.h"
 #include "light/directions.h"
 #include "light/facets.h"
 #include "tracing/material.h"
@@ -24,6 +25,12 @@ public:
         const Vec3 half = normalized(eye_ + toward);
         const float z = toward.z, facets = facets_.distribution(half) * facets_.masking(z) * facets_.masking(eye_.z) * facets_.joint(eye_.z, z) / (4 * eye_.z * z);
         return z * ((1 / pi) * body_ + facets * tint(dot(eye_, half)));
+    }
+
+    /// How fast light from that direction changes where the eye turns: the facets' share of it, over the width of their highlight.
+    [[nodiscard]] float change_per_radian(Vec3 toward) const {
+        const float all = luminance((*this)(toward)), body = luminance(toward.z / pi * body_);
+        return all > 0 ? std::max(0.f, 1 - body / all) / facets_.width() : 0;
     }
 
     /// Of drawing that direction.

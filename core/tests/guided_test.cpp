@@ -36,7 +36,7 @@ struct Picture {
 
     [[nodiscard]] std::vector<float> completed() const {
         std::vector<float> output(3 * size(), -1);
-        bob::complete_guided(traced, planes.data(), known, guides.data(), bob::channels::color, height, width, output.data());
+        bob::complete_guided(traced, planes.data(), known, guides.data(), bob::channels::color, height, width, false, output.data());
         return output;
     }
 };

@@ -7,6 +7,7 @@
 
 #include "base/color.h"
 #include "check.h"
+#include "light/dielectric.h"
 #include "light/environment.h"
 #include "light/facets.h"
 #include "light/lights.h"
@@ -147,4 +148,59 @@ TEST(environments_may_be_black_and_not_too_large) {
         is_refused = true;
     }
     CHECK(is_refused);
+}
+
+// ---- Glass -----------------------------------------------------------------------------------------------
+
+TEST(glass_reflects_as_fresnel_says) {
+    // At 0 degrees ((n - 1) / (n + 1))^2: 4 % of glass, from either side.
+    CHECK(std::fabs(Boundary(1, 1 / 1.5f).reflectance - 0.04f) < 1e-6f);
+    CHECK(std::fabs(Boundary(1, 1.5f).reflectance - 0.04f) < 1e-6f);
+    // At Brewster's angle, tan = n, light of one polarisation is not reflected: the mean is half of ((n^2 - 1) / (n^2 + 1))^2.
+    const float n = 1.5f, brewster = std::atan(n), of_other = (n * n - 1) / (n * n + 1);
+    CHECK(std::fabs(Boundary(std::cos(brewster), 1 / n).reflectance - 0.5f * of_other * of_other) < 1e-6f);
+    // Beyond the critical angle, sin = 1 / n, all of it; before, not.
+    const float critical = std::asin(1 / n);
+    CHECK_EQ(Boundary(std::cos(critical + 1e-3f), n).reflectance, 1.f);
+    CHECK(Boundary(std::cos(critical - 1e-3f), n).reflectance < 0.9f);
+    CHECK_EQ(Boundary(0, 1 / n).reflectance, 1.f);                       // grazing
+    CHECK(std::fabs(Boundary(0.7f, 1).reflectance) < 1e-12f);            // of nothing
+    // The same for both directions of a ray.
+    const Boundary in(0.6f, 1 / n);
+    CHECK(std::fabs(in.reflectance - Boundary(in.beyond, n).reflectance) < 1e-6f);
+}
+
+TEST(glass_refracts_as_snell_says) {
+    for (const float eta : {1 / 1.5f, 1 / 2.42f, 1.1f}) {
+        const Vec3 half{0, 0, 1}, eye = normalized({0.4f, 0.2f, 0.9f});
+        const Boundary boundary(eye.z, eta);
+        const Vec3 toward = refracted(eye, half, eta, boundary.beyond);
+        CHECK(std::fabs(length(toward) - 1) < 1e-6f);
+        CHECK(toward.z < 0);
+        CHECK(std::fabs(std::hypot(toward.x, toward.y) - eta * std::hypot(eye.x, eye.y)) < 1e-6f);
+    }
+}
+
+TEST(the_last_glass_that_was_entered_counts) {
+    Media media;
+    CHECK(media.is_empty());
+    media.enter(3), media.enter(5);  // water that reaches into its glass
+    CHECK_EQ(media.last(), 5u);
+    media.leave(3);
+    CHECK(!media.contains(3));
+    CHECK_EQ(media.last(), 5u);
+    media.leave(5);
+    CHECK(media.is_empty());
+    for (std::uint32_t k = 0; k < 2 * Media::most; ++k) media.enter(k);
+    CHECK_EQ(media.last(), Media::most - 1);
+}
+
+TEST(light_falls_off_in_glass_by_beer) {
+    Material glass;
+    glass.attenuation[0] = 0.5, glass.attenuation[1] = 0, glass.attenuation_distance = 2;
+    const Vec3 left = attenuation(glass, 0.25f, 24);  // six units
+    CHECK(std::fabs(left.x - 0.125f) < 1e-6f);
+    CHECK_EQ(left.y, 0.f);
+    CHECK_EQ(left.z, 1.f);
+    CHECK_EQ(attenuation(Material{}, 1, 1).x, 1.f);
 }

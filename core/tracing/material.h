@@ -4,18 +4,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/color.h"
 #include "base/vec.h"
 
 namespace bob {
 
-/// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
+/// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the first twelve numbers in this order.
 struct Material {
     double color[3] = {1, 1, 1};  // linear RGB, 0..1, multiplied by the shape's own colours
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;  // of Blinn-Phong
     double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a negative roughness selects Blinn-Phong
     double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to reflected light
+
+    // Of glass, which light alone shows: the share of light that is not reflected by the body, the index of refraction, and the colour
+    // that white light has after a distance inside, in the scene's units.
+    double transmission = 0, ior = 1.5;
+    double attenuation[3] = {1, 1, 1};
+    double attenuation_distance = std::numeric_limits<double>::infinity();
 
     [[nodiscard]] bool is_physical() const { return roughness >= 0; }
     [[nodiscard]] bool emits() const { return emissive[0] > 0 || emissive[1] > 0 || emissive[2] > 0; }

@@ -44,6 +44,7 @@ from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
+from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
@@ -57,6 +58,7 @@ __all__ = [
     "Film",
     "Frame",
     "GBuffer",
+    "Glass",
     "Guides",
     "Hits",
     "Implicit",

@@ -1,7 +1,7 @@
 """The C++ core (bindings/). Arrays are C-contiguous; none is converted or copied."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +126,10 @@ class Material:
         metallic: float,
         roughness: float,
         emissive: tuple[float, float, float],
+        transmission: float = 0,
+        ior: float = 1.5,
+        attenuation: tuple[float, float, float] = (1, 1, 1),
+        attenuation_distance: float = ...,
     ) -> None: ...
     @property
     def color(self) -> list[float]: ...
@@ -191,6 +195,7 @@ class Lights:
         environment: Environment | None,
         turn: float,
         ground: float | None,
+        radius: float,
         bounces: int,
     ) -> None: ...
 
@@ -211,8 +216,43 @@ class Lighting:
     ) -> None:
         """Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on."""
 
-    def guides(self, camera: Camera, height: int, width: int, pixels: I32, values: F32) -> None:
-        """Writes (n, 9): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
+    def first_hits(self, camera: Camera, planes: F32) -> None:
+        """Writes (10, H, W): mask, depth, normal and albedo of the scene, mask and depth of the ground, `behind`."""
+
+    def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]:
+        """Pixels of first hits (10, H, W) whose neighbours differ, (n, 2), and the hits in them, (n, side**2, 10)."""
+
+class LightHistory:
+    """Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W)."""
+
+    layout: ClassVar[Layout]
+    def __init__(self, height: int, width: int) -> None: ...
+    def __len__(self) -> int: ...
+    def move(self, camera: Camera, guides: F32, ground: F32 | None) -> None:
+        """Reprojects all samples for another camera."""
+
+    def trace(
+        self,
+        lighting: Lighting,
+        camera: Camera,
+        pixels: I32,
+        first: U32,
+        count: int,
+        seed: int,
+        at_rest: bool,
+        guides: F32,
+        ground: F32 | None,
+    ) -> F32:
+        """Adds `count` paths to each pixel, and returns their means, (n, C) of the layout."""
+
+    def next(self, count: int, seed: int, at_rest: bool, guides: F32, ground: F32 | None) -> I32:
+        """The pixels that need paths most, (n, 2)."""
+
+    def write(self, guides: F32, ground: F32 | None, planes: F32) -> None:
+        """Writes all samples to planes (C, H, W) of zeros."""
+
+def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
+    """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10)."""
 
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
@@ -406,9 +446,10 @@ def complete_along(
     traced pixels of the lattice agree it is interpolated. Values of any range come with the `unit` that counts as 1."""
 
 def complete_guided(
-    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, output: F32
+    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, covered_only: bool, output: F32
 ) -> None:
-    """Completes gray or color, which `completed` names, along the mask, depth, normal and albedo of all pixels."""
+    """Completes gray or color, which `completed` names, along the mask, depth, normal and albedo of all pixels;
+    `covered_only` leaves those without coverage at 0."""
 
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges."""

@@ -258,6 +258,10 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
 
 
 def _fields_of(material: Material) -> dict[str, Any]:
+    if type(material) is not Material:
+        raise InputError(
+            f"material: expected a Material to write, got {type(material).__name__}, which scene files lack"
+        )
     fields = asdict(material)
     if material.roughness is None and material.emissive == (0, 0, 0):
         return {name: fields[name] for name in MATERIAL}

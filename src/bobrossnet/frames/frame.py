@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.display import displayed
-from bobrossnet.completion.guided import complete_guided, guided_alpha, smoothed
+from bobrossnet.completion.guided import complete_guided, completed_gray, guided_alpha, smoothed
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
@@ -51,12 +51,14 @@ class Frame:
     """What the image was completed from: everything traced so far, and what earlier cameras' samples let expect."""
     is_guided: bool = field(default=False, repr=False, compare=False)
     """Whether guides completed it, rather than the network."""
+    guided_color: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
+    """The color that guides completed along with the image."""
 
     @property
     def color(self) -> NDArray[np.float32]:
         """(H, W, 3), linear RGB in the image's range, completed along with the image. Each use computes it anew."""
         if self.is_guided:
-            return complete_guided(self.shown, "color")
+            return complete_guided(self.shown, "color") if self.guided_color is None else self.guided_color.copy()
         return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
 
     @property
@@ -420,13 +422,17 @@ class PartialPicture:
         gbuffer, self._is_shared = self._gbuffer(self.planes.view()), True
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected.copy())
         is_guided, network = self.guides is not None, self.planner.networks[self._completion]
-        image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
+        color = complete_guided(shown, "color") if is_guided and "color" in self.layout.places else None
+        if color is not None:
+            image = completed_gray(shown, color)
+        else:
+            image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
         is_all = self._open == 0 and not self.calls.under_way
         self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
         if not is_all:
             self.planner.core.completed(self._completion, self.total, now - traced)
-        return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
+        return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided, color)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
         return GBuffer.from_stack(planes, self.layout, self.guides, self.is_display_referred)

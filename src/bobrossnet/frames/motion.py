@@ -15,6 +15,7 @@ from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
 from bobrossnet.frames.frame import Frame, PartialPicture
+from bobrossnet.frames.lit_motion import MovingLight
 from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
@@ -24,6 +25,8 @@ from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
 from bobrossnet.support.threads import Turns
+from bobrossnet.tracing.light import HEADLIGHT, LightLike, check_light
+from bobrossnet.tracing.lit import shows_shadows
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -58,6 +61,9 @@ class View:
         and they keep their room until then.
     model : str or path
         As in `progressive`.
+    light, ground
+        As in `render`; light stays on its surfaces when the camera moves, and so do its paths. "studio" stands where
+        the first frame's camera has it.
     seed : int, 0..2**64 - 1
 
     Raises
@@ -82,6 +88,8 @@ class View:
         size: SizeLike = (480, 640),
         tracer: CameraTracer | None = None,
         model: NetworkLike = AUTO,
+        light: LightLike = None,
+        ground: bool | None = None,
         seed: int = 0,
     ) -> None:
         if (scene is None) == (tracer is None):
@@ -98,14 +106,16 @@ class View:
         self._planner = Planner(self.size, model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
+        self._lit = self._moving_light(light, ground)
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
         self._seen = self._seen_by(Camera())
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown("adaptive")
-        self._picture.trace_ahead()
-        self._picture.warm_up()
+        if self._lit is None:
+            self._picture.trace_ahead()
+            self._picture.warm_up()
         self._turns = Turns("View")
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
@@ -143,6 +153,8 @@ class View:
         with self._turns:
             start = time.perf_counter()
             try:
+                if self._lit is not None:
+                    return self._lit.frame(start, camera, budget, count)
                 return self._frame(start, camera, budget, count)
             except BaseException:  # pixels were asked for that never came
                 self._begin_anew()
@@ -169,7 +181,22 @@ class View:
             "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
         )
 
+    def _moving_light(self, light: LightLike, ground: bool | None) -> MovingLight | None:
+        """The light of the scene; None of the headlight."""
+        if self._scene is None:
+            if light is not None or ground is not None:
+                raise InputError("light: expected none beside a tracer, which has its own")
+            return None
+        chosen = check_light(self._scene.light if light is None else light)
+        stands = shows_shadows(self._scene, chosen, ground)
+        if chosen is None or chosen == HEADLIGHT:
+            return None
+        network = next(iter(self._planner.networks.values()))
+        return MovingLight(self._scene, self.size, chosen, stands, self._seed, network)
+
     def _begin_anew(self) -> None:
+        if self._lit is not None:
+            self._lit.forget()
         self._history = None
         self._picture = self._unknown("adaptive")
 

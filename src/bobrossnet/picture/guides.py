@@ -18,10 +18,8 @@ class Edges(NamedTuple):
 
     pixels: NDArray[np.int32]
     """(n, 2), rows and columns."""
-    surfaces: F32
-    """(n, k, C) of k rays each, in the layout of guides."""
-    ground: NDArray[np.bool_]
-    """(n, k), whether they show the ground."""
+    hits: F32
+    """(n, k, 10) of k rays each: the channels of guides, mask and depth of the ground, and `behind`."""
 
 
 class Guides(Channels):
@@ -50,8 +48,11 @@ class Guides(Channels):
         If the shapes differ, or a value is not finite or out of range.
     """
 
-    __slots__ = ("edges", "ground", "layout", "planes")
+    __slots__ = ("behind", "edges", "ground", "layout", "planes")
 
+    behind: F32 | None
+    """(H, W), 1 where they are of the first surface behind smooth mirrors and glass; depth is then as far as it seems.
+    None of guides that users give."""
     edges: Edges | None
     """What is known within pixels at edges, where the others are of pixels' centres."""
 
@@ -70,7 +71,7 @@ class Guides(Channels):
         dimensions = 2 if first in ("depth", "hit") else 3
         array = check_array(first, given[first], (None,) * dimensions)
         size = check_size(array.shape[:2])
-        self.layout, self.ground, self.edges = GUIDES, None, None
+        self.layout, self.ground, self.edges, self.behind = GUIDES, None, None, None
         if hit is None:
             hit = np.ones(size) if depth is None else np.isfinite(array) & (array != 0)
         empty = check_array("hit", hit, size, hint=f"to match {first}") == 0
@@ -93,15 +94,18 @@ class Guides(Channels):
         self.planes.flags.writeable = False
 
     @classmethod
-    def from_planes(cls, planes: F32, ground: Guides | None = None, edges: Edges | None = None) -> Guides:
+    def from_planes(
+        cls, planes: F32, ground: Guides | None = None, edges: Edges | None = None, behind: F32 | None = None
+    ) -> Guides:
         """Guides that take over planes as `planes` has them, unchecked and without a copy."""
         guides = object.__new__(cls)
         guides.layout, guides.planes, guides.ground, guides.edges = GUIDES, planes, ground, edges
+        guides.behind = behind
         planes.flags.writeable = False
         return guides
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Guides.from_planes, (np.array(self.planes), self.ground, self.edges)
+        return Guides.from_planes, (np.array(self.planes), self.ground, self.edges, self.behind)
 
     @property
     def hit(self) -> F32:

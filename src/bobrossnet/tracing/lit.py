@@ -12,7 +12,7 @@ from bobrossnet import _core
 from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.guides import Edges, Guides
-from bobrossnet.picture.order import Size, SizeLike, check_pixels, check_size
+from bobrossnet.picture.order import SizeLike, check_pixels, check_size
 from bobrossnet.picture.samples import Samples
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer
 from bobrossnet.tracing.light import (
@@ -26,7 +26,6 @@ from bobrossnet.tracing.light import (
     check_light,
     lights_of,
 )
-from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
@@ -37,14 +36,11 @@ PATHS = 16
 
 MAX_PATHS = 4096
 
-HITS = 9
-"""Values of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
+HITS = 10
+"""Numbers of a first hit: mask, depth, normal and albedo, mask and depth of the ground, and `Guides.behind`."""
 
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
-
-UNLIKE_DEPTH, UNLIKE_NORMAL, UNLIKE_ALBEDO = 0.02, 0.3, 0.1
-"""From such differences between neighbours on, there is an edge between them."""
 
 
 class LitTracer:
@@ -89,7 +85,7 @@ class LitTracer:
         self.seed = check_integer("seed", seed, 0, 2**64 - 1)
         self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
         self._has_ground, self._apart = ground, check_flag("apart", apart)
-        self._camera = camera.core(self.scene.center, self.scene.radius)
+        self.camera_in_core = camera.core(self.scene.center, self.scene.radius)
         self._drawn = np.zeros(self.size, np.uint32)
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
@@ -98,7 +94,7 @@ class LitTracer:
         rows, columns = pixels.T
         values = np.empty((len(pixels), LIT.width), np.float32)
         self._core.trace(
-            self._camera,
+            self.camera_in_core,
             *self.size,
             pixels,
             self._drawn[rows, columns],
@@ -111,37 +107,38 @@ class LitTracer:
         self._drawn[rows, columns] += np.uint32(self.paths)
         return Samples.from_values(values, LIT)
 
-    def guides(self) -> Guides:
-        """First surfaces at all pixels' centres, with those within pixels at edges; or means over pixels, if paths are
-        apart."""
-        pixels = tiled_pixels(self.size)
+    def into(
+        self,
+        history: _core.LightHistory,
+        pixels: NDArray[np.int32],
+        paths: int,
+        at_rest: bool,
+        surfaces: tuple[NDArray[np.float32], NDArray[np.float32] | None],
+    ) -> NDArray[np.float32]:
+        """Add paths through each pixel to a history of light; return their means in its layout."""
+        rows, columns = pixels.T
+        first = self._drawn[rows, columns]
+        self._drawn[rows, columns] += np.uint32(paths)
+        return history.trace(self._core, self.camera_in_core, pixels, first, paths, self.seed, at_rest, *surfaces)
+
+    def guides(self, edge_rays: int = EDGE_RAYS) -> Guides:
+        """First surfaces at all pixels' centres, with edge_rays^2 of them within pixels at edges; or means over pixels,
+        if paths are apart."""
         planes = np.empty((HITS, *self.size), np.float32)
-        planes[:, pixels[:, 0], pixels[:, 1]] = self._first_hits(pixels, self.size).T
-        at_edges = np.argwhere(_are_edges(planes)).astype(np.int32, order="C")
-        edges = self._edges(at_edges) if len(at_edges) else None
+        self._core.first_hits(self.camera_in_core, planes)
+        at_edges, hits = self._core.hits_at_edges(self.camera_in_core, planes, edge_rays)
+        edges = Edges(at_edges, hits) if len(at_edges) else None
         if self._apart and edges is not None:
-            planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(edges).T
+            planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(hits).T
             edges = None
         ground = None
         if self._has_ground:
-            share, depth = planes[7:]
+            share, depth = planes[7:9]
             flat = np.zeros((2, *self.size), np.float32)
             ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
-        planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
-        return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground, edges)
-
-    def _edges(self, pixels: NDArray[np.int32]) -> Edges:
-        """First hits within some pixels, through the centres of a larger picture's pixels."""
-        within = np.argwhere(np.ones((EDGE_RAYS, EDGE_RAYS))).astype(np.int32)
-        finer = (EDGE_RAYS * pixels[:, None] + within).reshape(-1, 2)
-        larger = EDGE_RAYS * self.size[0], EDGE_RAYS * self.size[1]
-        hits = self._first_hits(np.ascontiguousarray(finer), larger).reshape(len(pixels), -1, HITS)
-        return Edges(pixels, hits[..., :7], hits[..., 7] > 0)
-
-    def _first_hits(self, pixels: NDArray[np.int32], size: Size) -> NDArray[np.float32]:
-        values = np.empty((len(pixels), HITS), np.float32)
-        self._core.guides(self._camera, *size, pixels, values)
-        return values
+        if self._apart:
+            planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
+        return Guides.from_planes(planes[:7], ground, edges, planes[9])
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
@@ -162,17 +159,19 @@ def lighting(
         environment,
         math.radians(sky.turn),
         level,
+        scene.radius,
         check_integer("bounces", bounces, 1, MAX_BOUNCES),
     )
     return _core.Lighting(scene.core, in_core)
 
 
-def _means(edges: Edges) -> NDArray[np.float32]:
+def _means(hits: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, HITS): first hits over whole pixels, depth, normal and albedo over what of them is covered."""
-    hits = edges.surfaces[..., :1]
-    covered = hits.mean(1)
-    of_surface = (edges.surfaces[..., 1:] * hits).mean(1) / np.maximum(covered, 1 / hits.shape[1])
-    return np.concatenate([covered, of_surface, edges.ground.mean(1)[:, None], np.zeros_like(covered)], -1)
+    covered = hits[..., :1].mean(1)
+    of_surface = (hits[..., 1:7] * hits[..., :1]).mean(1) / np.maximum(covered, 1 / hits.shape[1])
+    return np.concatenate(
+        [covered, of_surface, hits[..., 7:8].mean(1), np.zeros_like(covered), hits[..., 9:].mean(1)], -1
+    )
 
 
 def lit_tracer(
@@ -204,18 +203,3 @@ def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:
         return False
     stands = scene.ground if asked is None else asked
     return (isinstance(light, str) and light == STUDIO) if stands is None else stands
-
-
-def _are_edges(planes: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """(H, W): where a neighbour above, below or beside shows another surface."""
-    mask, depth, surface, share = planes[0], planes[1], planes[2:7], planes[7]
-    edges = np.zeros(mask.shape, np.bool_)
-    for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        unlike = np.abs(depth[first] - depth[second]) > UNLIKE_DEPTH
-        for plane, most in zip(surface, (UNLIKE_NORMAL, UNLIKE_NORMAL, *3 * [UNLIKE_ALBEDO]), strict=True):
-            unlike |= np.abs(plane[first] - plane[second]) > most
-        unlike &= (mask[first] > 0) & (mask[second] > 0)
-        unlike |= (mask[first] != mask[second]) | (share[first] != share[second])
-        edges[first] |= unlike
-        edges[second] |= unlike
-    return edges
