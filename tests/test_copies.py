@@ -52,6 +52,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "Hits": lambda: scene().closest_hits([(9, 0, 0)], [(-1, 0, 0)]),
     "Implicit": lambda: bob.Implicit(sdf.sphere(1).expression, ((-1, -1, -1), (1, 1, 1)), "#c33"),
     "Instance": lambda: bob.Instance(surface()).translate((1, 2, 3)),
+    "Glass": lambda: bob.Glass(ior=1.33, attenuation="#4a7", distance=0.5),
     "Light": lambda: bob.Light((1, 2, 3), angle=5, color="#fed"),
     "Material": lambda: bob.Material("#b87333", metallic=1),
     "Mesh": lambda: bob.Mesh(SQUARE, [(0, 1, 2), (0, 2, 3)], colors=SQUARE / 2),

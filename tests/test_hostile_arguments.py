@@ -108,6 +108,7 @@ class Calls:
         )
         yield "Implicit", bob.Implicit, {"expression": ball.expression, "bounds": ((-2, -2, -2), (2, 2, 2))}
         yield "Instance", bob.Instance, {"shape": mesh}
+        yield "Glass", bob.Glass, {"color": "#fff", "ior": 1.5, "attenuation": "#4a7", "distance": 0.5}
         yield "Light", bob.Light, {"direction": (0, 0, 1), "angle": 5, "color": "#fff", "intensity": 1}
         yield "Material", bob.Material, {"color": "#fff"}
         yield "Mesh", bob.Mesh, {"vertices": mesh.vertices, "triangles": mesh.triangles}
