@@ -1,0 +1,100 @@
+#include "files/text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <stdexcept>
+#include <system_error>
+
+namespace bob::files {
+namespace {
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
+
+/// A number that is too large or too small for a double.
+double beyond(std::string_view digits) {
+    const std::size_t exponent = digits.find_first_of("eE");
+    const bool is_small = exponent == std::string_view::npos ? digits.find('.') < 2 : digits.substr(exponent).find('-') != std::string_view::npos;
+    const double size = is_small ? 0 : std::numeric_limits<double>::infinity();
+    return digits.front() == '-' ? -size : size;
+}
+
+/// The length of the code point in UTF-8 at the start of a text; 0 if there is none.
+std::size_t code_point(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+    const auto follows = [&](std::size_t i, unsigned low = 0x80, unsigned high = 0xbf) { return byte(i) >= low && byte(i) <= high; };
+    const unsigned first = byte(0);
+    if (first < 0x80) return 1;
+    if (first >= 0xc2 && first <= 0xdf) return follows(1) ? 2 : 0;
+    if (first >= 0xe0 && first <= 0xef) {
+        const bool second = follows(1, first == 0xe0 ? 0xa0 : 0x80, first == 0xed ? 0x9f : 0xbf);
+        return second && follows(2) ? 3 : 0;
+    }
+    if (first >= 0xf0 && first <= 0xf4) {
+        const bool second = follows(1, first == 0xf0 ? 0x90 : 0x80, first == 0xf4 ? 0x8f : 0xbf);
+        return second && follows(2) && follows(3) ? 4 : 0;
+    }
+    return 0;
+}
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+    return text;
+}
+
+std::string lower(std::string_view text) {
+    std::string result(text);
+    std::ranges::transform(result, result.begin(), [](char c) { return lower(c); });
+    return result;
+}
+
+bool is_word(std::string_view text, std::string_view word) {
+    return std::ranges::equal(text, word, [](char a, char b) { return lower(a) == b; });
+}
+
+std::string utf8(std::string_view bytes) {
+    std::string result;
+    while (!bytes.empty()) {
+        const std::size_t length = code_point(bytes);
+        result += length ? bytes.substr(0, length) : std::string_view("\xef\xbf\xbd");
+        bytes.remove_prefix(std::max<std::size_t>(length, 1));
+    }
+    return result;
+}
+
+std::string quoted(std::string_view text) {
+    std::string result(1, '\'');
+    result.append(utf8(text.substr(0, 40))).push_back('\'');
+    return result;
+}
+
+std::string grouped(std::uint64_t number) {
+    std::string digits = std::to_string(number);
+    for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, ",");
+    return digits;
+}
+
+double number_of(std::string_view word) {
+    std::string_view digits = word;
+    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
+    double result = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), result);
+    if (!digits.empty() && end == digits.data() + digits.size()) {
+        if (error == std::errc()) return result;
+        if (error == std::errc::result_out_of_range) return beyond(digits);
+    }
+    if (word.find(',') != std::string_view::npos && word.find_first_of("0123456789") != std::string_view::npos) {
+        throw std::invalid_argument("expected numbers with decimal points, got " + quoted(word) + "; replace decimal commas");
+    }
+    throw std::invalid_argument("expected numbers, got others (" + quoted(word) + ")");
+}
+
+std::string_view text_of(Bytes bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
+}
+
+}  // namespace bob::files
