@@ -110,14 +110,9 @@ class _Images:
             except InputError as error:
                 warn_of(self.textures.model, f"the mask of {name} was left out: {error}")
         color = [1.0, 1.0, 1.0] if replaces else described["color"]
-        reflecting = ("metallic", "roughness")
-        if described["roughness"] < 0:
-            reflecting = MATERIAL[:4]
-        material = Material(
-            tuple(color),
-            **reflecting,
-            emissive=tuple(described["emissive"]),
-        )
+        terms = MATERIAL[:4] if described["roughness"] < 0 else MATERIAL[4:]
+        reflecting = {term: described[term] for term in terms}
+        material = Material(tuple(color), **reflecting, emissive=tuple(described["emissive"]))
         surface = Surface(material, texture, name, _cutoff(described, texture))
         try:
             self.textures.pictures.show(surface)
