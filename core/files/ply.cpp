@@ -532,9 +532,9 @@ Contents read_ply(Bytes bytes, Beside&) {
     if (numbers.empty()) {
         part.surface = 0;
         contents.parts.push_back(std::move(part));
-        for (std::size_t i = 1; i < contents.images.size(); ++i) {
-            const std::string& name = contents.images[i].name;
-            contents.warnings.push_back(joined({"texture ", name, " was left out: expected texnumber, which faces it is on, got none"}));
+        if (const std::size_t others = contents.images.size() - 1) {
+            const std::string further = others > 1 ? joined({" and ", grouped(others - 1), " more"}) : "";
+            contents.warnings.push_back(joined({"texture ", contents.images[1].name, further, others > 1 ? " were" : " was", " left out: expected texnumber of faces, got none"}));
         }
         contents.images.resize(1), contents.surfaces.resize(1);
         return contents;
