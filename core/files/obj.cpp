@@ -172,7 +172,8 @@ private:
     static void add_vector(Words& words, Numbers<double>& to, int width) {
         std::array<std::string_view, 3> own;
         for (int k = 0; k < width; ++k) own[static_cast<std::size_t>(k)] = words.next();
-        for (int k = 0; k < width; ++k) to.push_back(own[static_cast<std::size_t>(width - 1)].empty() ? nan : number_of(own[static_cast<std::size_t>(k)]));
+        const bool is_whole = !own[static_cast<std::size_t>(width - 1)].empty();
+        for (int k = 0; k < width; ++k) to.push_back(is_whole ? number_of(own[static_cast<std::size_t>(k)]) : nan);
     }
 
     /// A point, and the three numbers behind it if there are so many: its colour, in sRGB.

@@ -533,8 +533,9 @@ Contents read_ply(Bytes bytes, Beside&) {
         part.surface = 0;
         contents.parts.push_back(std::move(part));
         if (const std::size_t others = contents.images.size() - 1) {
-            const std::string further = others > 1 ? joined({" and ", grouped(others - 1), " more"}) : "";
-            contents.warnings.push_back(joined({"texture ", contents.images[1].name, further, others > 1 ? " were" : " was", " left out: expected texnumber of faces, got none"}));
+            const std::string further = others > 1 ? joined({" and ", grouped(others - 1), " more were"}) : " was";
+            contents.warnings.push_back(
+                joined({"texture ", contents.images[1].name, further, " left out: expected texnumber of faces, got none"}));
         }
         contents.images.resize(1), contents.surfaces.resize(1);
         return contents;

@@ -55,7 +55,9 @@ void Welding::add_facets(Bytes bytes, std::size_t count, bool has_attributes) {
     for (std::size_t i = 0; i < count; ++i) {
         if (i % 65536 == 0) Interruption::check();
         const std::uint8_t* corner = at + normal;
-        for (int k = 0; k < 3; ++k, corner += 12) add(load<float>(corner, false), load<float>(corner + 4, false), load<float>(corner + 8, false));
+        for (int k = 0; k < 3; ++k, corner += 12) {
+            add(load<float>(corner, false), load<float>(corner + 4, false), load<float>(corner + 8, false));
+        }
         at += size + (has_attributes ? load<std::uint16_t>(corner, false) : 0);
     }
 }
