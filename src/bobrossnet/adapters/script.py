@@ -10,7 +10,12 @@ from bobrossnet.support.errors import InputError
 
 
 def read_script(path: Path) -> SDF3:
-    """Run a script and return the shape that it makes.
+    """Run a script's file and return its shape, as `shape_of_script`."""
+    return shape_of_script(path.read_bytes())
+
+
+def shape_of_script(text: bytes) -> SDF3:
+    """Run a script, UTF-8, and return its shape.
 
     A script can make shapes and nothing else: running a stranger's script is as safe as viewing a mesh.
 
@@ -21,7 +26,7 @@ def read_script(path: Path) -> SDF3:
         line and column of the mistake.
     """
     try:
-        made = _core.run_script(path.read_bytes())
+        made = _core.run_script(text)
     except ValueError as error:
         raise InputError(str(error)) from None
     return SDF3(made.expression, color=made.color)

@@ -1,0 +1,1 @@
+"""Eyes for programs that design parts: a server of the Model Context Protocol."""

@@ -1,0 +1,93 @@
+"""Numbers about scenes: what they consist of, and how two of them differ."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.picture.camera import Camera
+from bobrossnet.pictures.sheets import VIEWS, extent
+from bobrossnet.shapes.affine import mapped
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.scene import Scene
+
+MAX_PARTS = 200
+"""That are described one by one."""
+
+SIDE = 256
+"""Rays along each side of a compared view."""
+
+
+def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
+    """What is in a scene: kinds, sizes, parts, and the volume of closed meshes, in the scene's units."""
+    box = extent(scene)
+    parts = []
+    for instance, (low, high) in zip(scene.instances[:MAX_PARTS], scene.boxes, strict=False):
+        part: dict[str, Any] = {"name": instance.name, "kind": instance.shape.kind}
+        part |= {f"{noun}s": count for noun, count in instance.shape.counts().items()}
+        part["bounds"] = [_rounded(low), _rounded(high)]
+        if isinstance(instance.shape, Mesh):
+            volume = closed_volume(mapped(instance.transform, instance.shape.vertices), instance.shape.triangles)
+            part |= {"closed": volume is not None, "volume": None if volume is None else float(f"{volume:.6g}")}
+            if volume is not None and volume * np.linalg.det(instance.transform[:3, :3]) < 0:
+                part["inside_out"] = True
+        parts.append(part)
+    return {
+        "size": _rounded(box.size),
+        "bounds": [_rounded(box.low), _rounded(box.high)],
+        "part_count": len(scene.instances),
+        "parts": parts,
+        "warnings": warnings,
+    }
+
+
+def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float | None:
+    """The signed volume of a closed mesh, negative if it is inside out; None if an edge has no opposite."""
+    _, same = np.unique(vertices, axis=0, return_inverse=True)
+    corners = same.reshape(-1)[triangles].astype(np.int64)
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    count = len(vertices)
+    forth = np.concatenate([corners[:, i] * count + corners[:, (i + 1) % 3] for i in range(3)])
+    back = np.concatenate([corners[:, (i + 1) % 3] * count + corners[:, i] for i in range(3)])
+    if not np.array_equal(np.sort(forth), np.sort(back)):
+        return None
+    a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def compared(first: Scene, second: Scene) -> dict[str, Any]:
+    """How two scenes differ as they stand: by silhouettes and depths from six sides.
+
+    Returns
+    -------
+    dict
+        For each view the silhouettes' intersection over union and the largest difference of depth, in units, where both
+        have a surface; and the sizes.
+    """
+    boxes = extent(first), extent(second)
+    low, high = np.minimum(boxes[0].low, boxes[1].low), np.maximum(boxes[0].high, boxes[1].high)
+    center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-300)
+    views = {}
+    for name, (azimuth, elevation) in VIEWS.items():
+        core = Camera(azimuth, elevation).core(tuple(center), radius)
+        pixels = tiled_pixels((SIDE, SIDE)).astype(np.float32)
+        near, far = (
+            core.points(SIDE, SIDE, np.column_stack([pixels, np.full(len(pixels), depth, np.float32)])).astype(float)
+            for depth in (1, 0)
+        )
+        depths = [scene.closest_hits(near * radius + center, far - near).distance for scene in (first, second)]
+        hit = [np.isfinite(depth) for depth in depths]
+        both = hit[0] & hit[1]
+        union = int((hit[0] | hit[1]).sum())
+        views[name] = {
+            "silhouette_iou": round(int(both.sum()) / union, 5) if union else 1.0,
+            "largest_depth_difference": float(f"{np.abs(depths[0][both] - depths[1][both]).max(initial=0):.4g}"),
+        }
+    return {"size": [_rounded(box.size) for box in boxes], "views": views}
+
+
+def _rounded(numbers: Any) -> list[float]:
+    return [float(f"{number:.6g}") for number in numbers]

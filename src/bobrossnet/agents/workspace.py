@@ -1,0 +1,123 @@
+"""The folders that an agent may read and write, and the last picture it has seen."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.files import load
+from bobrossnet.adapters.script import shape_of_script
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.support.errors import InputError, InputWarning
+from bobrossnet.support.messages import one_line
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.scene import Scene
+from bobrossnet.tracing.trace import SceneTracer
+
+MAX_SIDE = 2048
+"""Pixels of a picture's longer side: more is lost on models that see."""
+
+PRIMITIVES = {"mesh": "triangle", "brep": "face"}
+"""The parts of shapes that hits name."""
+
+
+def axes(camera: Camera) -> NDArray[np.float64]:
+    """(3, 3): the unit vectors to the right, up and toward an orthographic camera."""
+    core = replace(camera, zoom=1.0, pan=(0.0, 0.0)).core((0.0, 0.0, 0.0), 1.0)
+    # One pixel as wide as the unit sphere: its neighbours' centres are two radii apart.
+    places = np.array([(0, 0, 0.5), (0, 1, 0.5), (-1, 0, 0.5), (0, 0, 1)], np.float32)
+    middle, right, above, near = core.points(1, 1, places).astype(float)
+    vectors = np.array([right - middle, above - middle, near - middle])
+    directions: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return directions
+
+
+@dataclass(frozen=True)
+class Look:
+    """A picture of one view, whose pixels can be picked."""
+
+    scene: Scene
+    camera: Camera
+    size: tuple[int, int]
+
+    def pick(self, row: int, column: int) -> dict[str, Any] | None:
+        """The part, point and normal at a pixel in the scene's units; None where there is no surface."""
+        height, width = self.size
+        if not (0 <= row < height and 0 <= column < width):
+            raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
+        toward = axes(self.camera)[2]
+        core = self.camera.core(self.scene.center, self.scene.radius)
+        (near,) = core.points(height, width, np.array([(row, column, 1)], np.float32)).astype(float)
+        origin = near * self.scene.radius + self.scene.center
+        hits = self.scene.closest_hits([origin], [-toward])
+        if hits.instance[0] < 0:
+            return None
+        tracer = SceneTracer(self.scene, self.camera, self.size, Layout("mask,depth,normal"))
+        x, y = tracer(np.array([[row, column]], np.int32)).values[0, 2:4]
+        normal = np.array([x, y, np.sqrt(max(1 - x * x - y * y, 0))]) @ axes(self.camera)
+        point = origin - toward * hits.distance[0]
+        instance = int(hits.instance[0])
+        kind = self.scene.instances[instance].shape.kind
+        return {
+            "part": instance,
+            "name": self.scene.instances[instance].name,
+            **({PRIMITIVES[kind]: int(hits.primitive[0])} if kind in PRIMITIVES else {}),
+            "point": [float(f"{value:.6g}") for value in point],
+            "normal": [round(float(value), 4) + 0.0 for value in normal],
+        }
+
+
+class Workspace:
+    """Files below some folders.
+
+    Parameters
+    ----------
+    folders : sequence of paths
+        Every path of an agent leads below one of these, after all links are followed.
+    """
+
+    def __init__(self, folders: Sequence[str | os.PathLike[str]]) -> None:
+        self.folders = [Path(os.path.realpath(folder)) for folder in folders]
+        for folder in self.folders:
+            if not folder.is_dir():
+                raise InputError(f"{folder}: expected a folder, got none")
+        self.last: Look | None = None
+
+    def path(self, name: str) -> Path:
+        """The real path of a file, relative to the first folder.
+
+        Raises
+        ------
+        InputError
+            If it lies elsewhere.
+        """
+        try:
+            path = Path(os.path.realpath(self.folders[0] / name))
+        except ValueError:
+            raise InputError(f"file: expected a file name, got {name!a:.100}") from None
+        if not any(path.is_relative_to(folder) for folder in self.folders):
+            allowed = ", ".join(map(str, self.folders))
+            raise InputError(f"file: expected a path below {allowed}, got {one_line(name)}")
+        return path
+
+    def scene(self, file: str | None, script: str | None, up: str = "z") -> tuple[Scene, list[str]]:
+        """The scene of a file or of the text of a script, and its warnings."""
+        if (file is None) == (script is None):
+            raise InputError("file, script: expected one of them")
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", InputWarning)
+            if script is not None:
+                scene = Scene(Instance(shape_of_script(script.encode("utf-8", "replace")), name="script"))
+            elif file is not None and file.startswith("sample:"):
+                scene = load(file, up=up)
+            else:
+                scene = load(self.path(file or ""), up=up)
+        return scene, [str(each.message) for each in told if isinstance(each.message, InputWarning)]
