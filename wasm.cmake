@@ -24,6 +24,8 @@ set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 set(fast_sources
   core/base/bvh.cpp
   core/base/color.cpp
+  core/files/binary.cpp
+  core/files/welding.cpp
   core/formula/graph.cpp
   core/formula/mesh_distance.cpp
   core/formula/tape.cpp
@@ -60,6 +62,13 @@ function(precompile_standard_headers parsed)
     VERBATIM)
 endfunction()
 
+# Stores a name for the object of core/FOLDER/NAME.cpp in `name`: folders have files of the same name.
+function(wasm_name name source)
+  string(REGEX REPLACE "^core/|[.]cpp$" "" own ${source})
+  string(REPLACE "/" "." own ${own})
+  set(${name} ${own} PARENT_SCOPE)
+endfunction()
+
 # Compiles `source` to wasm/NAME.o, with further flags, and adds that object to the list `objects`.
 function(compile_wasm objects name source)
   set(object ${CMAKE_BINARY_DIR}/wasm/${name}.o)
@@ -90,7 +99,7 @@ foreach(name cxa_exception cxa_personality)
 endforeach()
 foreach(part completion tracing)
   foreach(source ${${part}_sources})
-    get_filename_component(name ${source} NAME_WE)
+    wasm_name(name ${source})
     set(further_flags ${small_flags})
     if(source IN_LIST fast_sources)
       set(further_flags)
@@ -98,7 +107,7 @@ foreach(part completion tracing)
     compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
   endforeach()
   foreach(source ${${part}_kernels})
-    get_filename_component(name ${source} NAME_WE)
+    wasm_name(name ${source})
     set(kernel_flags ${wasm_flags} ${${part}_kernel_flags})
     if(source MATCHES "/history_kernels|/shade_kernels")
       list(APPEND kernel_flags ${small_flags}) # they wait for memory
@@ -112,6 +121,7 @@ compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/base/parallel_lent.c
 compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
+compile_wasm(tracing_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.

@@ -33,6 +33,7 @@ NB_MODULE(_core, m) {
     bind_threads(m);
     bind_picture(m);
     bind_frame(m);
+    bind_files(m);
     bind_shapes(m);
     bind_scene(m);
     bind_light(m);

@@ -19,6 +19,27 @@ def set_isa(name: str) -> bool: ...
 def end_work() -> None: ...
 def begin_fork() -> None: ...
 
+class Reading:
+    """Reads a mesh file, whose name ends in `format`, in as many steps as it takes to fetch other files that it names.
+    ValueError, of one line, if it can't be read."""
+
+    def __init__(self, format: str, data: bytes) -> None: ...
+    def go_on(self) -> str:
+        """The name of a file that is needed first, which `give` or `refuse` has to answer; empty at the end."""
+    def give(self, data: bytes) -> None: ...
+    def refuse(self, why: str) -> None: ...
+    def description(self) -> str:
+        """All but numbers and images, as JSON (core/files/read.h)."""
+    def numbers(self) -> F64:
+        """The numbers of what that describes, (n, 1): 13 for each surface, then 16 for each placement."""
+    def triangles(self, part: int) -> I32:
+        """(T, 3), handed over: the next call has none."""
+    def field(self, part: int, number: int) -> F64 | None:
+        """Vertices, normals, colors, face_colors, alphas, and from 5 on uv sets, (n, 3), (n, 2) or (n, 1), handed over;
+        None if the file has none."""
+    def image(self, number: int) -> bytes:
+        """The embedded file."""
+
 class Shape:
     """`map`, (4, 4), places a shape: it takes the shape's own units to where it is."""
 

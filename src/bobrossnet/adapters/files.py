@@ -1,8 +1,6 @@
 """Files: a scene or a mesh from what they hold, or one line that says why not.
 
-STL, OFF and glTF are parsed by trimesh's readers, which hand over what the file stores and nothing they made
-up. PLY, OBJ and 3MF are read here, since trimesh 5.2 falls short on files that people have; their modules say
-where.
+PLY, OBJ, STL and OFF are read in the core, as in the page. glTF is parsed by trimesh's reader, 3MF is read here.
 """
 
 from __future__ import annotations
@@ -20,19 +18,17 @@ import numpy as np
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.adapters.foreign import is_foreign, shapes_of
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
-from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part
-from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
-from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.shapes.implicit import Implicit
@@ -50,10 +46,10 @@ SAMPLE = "sample:"
 """Begins the name of a shape that the package brings."""
 
 MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
-    ".ply": read_ply,
-    ".obj": read_obj,
-    ".stl": read_stl,
-    ".off": read_off,
+    ".ply": read_in_core,
+    ".obj": read_in_core,
+    ".stl": read_in_core,
+    ".off": read_in_core,
     ".glb": read_glb,
     ".gltf": read_gltf,
     ".3mf": read_3mf,
@@ -199,7 +195,8 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a triangle mesh from a file.
 
     All parts of a file become one mesh, placed as the file places them. glTF is y-up by its specification
-    and is turned to z-up; the other formats are taken as stored. Polygons are cut into fans of triangles.
+    and is turned to z-up; the other formats are taken as stored. Polygons become triangles, concave ones by
+    their ears.
     Vertices that no triangle uses are left out. The colours of materials become those of triangles; a texture is kept
     where all of the file has the same. `load` makes an instance for each material instead.
 

@@ -37,7 +37,7 @@ Its files stay as they are beside each other, on any server, also another one th
 .obj, .stl, .off, .glb, .gltf, .json (geomdl), .sdf, .vm and .bob; the Python package `bobrossnet` makes .bob of other
 files, and has the whole documentation.
 
-The loaders of STL and glTF are those of three.js (MIT licence, vendor/three/LICENSE.txt).
+The loader of glTF is that of three.js (MIT licence, vendor/three/LICENSE.txt).
 """
 
 

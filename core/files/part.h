@@ -1,0 +1,134 @@
+/// Readers of mesh files turn bytes into parts, surfaces and warnings. The hosts decode images and fetch files next to the model.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "shapes/mesh/texture.h"
+#include "tracing/material.h"
+
+namespace bob::files {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// Leaves new numbers unset, which readers set right away.
+template <class T>
+struct Unset : std::allocator<T> {
+    template <class U>
+    struct rebind {
+        using other = Unset<U>;
+    };
+    template <class U>
+    void construct(U* at) noexcept {
+        ::new (static_cast<void*>(at)) U;
+    }
+    template <class U, class... Args>
+    void construct(U* at, Args&&... args) {
+        ::new (static_cast<void*>(at)) U(std::forward<Args>(args)...);
+    }
+};
+
+template <class T>
+using Numbers = std::vector<T, Unset<T>>;
+
+/// One mesh as the file stores it: indices unchecked, numbers perhaps not finite. A field is empty where the file has none.
+struct Part {
+    Numbers<double> vertices;         // (V, 3)
+    Numbers<std::int32_t> triangles;  // (T, 3); -1 where the file names no vertex
+    Numbers<double> normals;          // (V, 3); NaN where a vertex has none
+    Numbers<double> colors;           // (V, 3), linear RGB; NaN is white
+    Numbers<double> face_colors;      // (T, 3), linear RGB; NaN is white
+    Numbers<double> alphas;           // (V, 1)
+    std::vector<Numbers<double>> uv;  // each (V, 2), from the top left of the image, with all transforms applied
+    int surface = -1;                 // of Contents::surfaces; -1 is plain white
+    std::string name;                 // UTF-8
+};
+
+/// An image file: embedded, or next to the model.
+struct Image {
+    std::string name;                    // its path from the model's folder, UTF-8; empty if embedded
+    std::vector<std::uint8_t> bytes = {};  // of an embedded file
+};
+
+/// An image on a surface.
+struct Layer {
+    int image = -1;  // of Contents::images; -1 is none
+    Wrap across = Wrap::repeat, down = Wrap::repeat;
+    int uv = 0;  // of Part::uv
+};
+
+/// How alpha is shown: not at all; where it reaches the cutoff; or as translucent, which hosts show where it reaches a half.
+enum class Opacity : std::uint8_t { opaque, cutout, translucent };
+
+struct Surface {
+    std::string name;  // UTF-8
+    Material material;
+    Layer color, emission, metallic_roughness;  // factors of their images are those of the material
+    Layer mask;                                 // its alpha, or red where it has none, replaces that of `color`
+    bool replaces_color = false;                // where `color` has an image, it replaces the colours of the material and the parts
+    Opacity opacity = Opacity::opaque;
+    double alpha_cutoff = 0.5;  // of the product of the image's alpha and the vertices'; infinite if nothing is shown
+};
+
+/// A part in a place. matrix: (4, 4), row by row, multiplied from the left.
+struct Placement {
+    std::size_t part;
+    std::array<double, 16> matrix;
+};
+
+/// Everything that a file shows.
+struct Contents {
+    std::vector<Part> parts;
+    std::vector<Placement> placements;  // if there are none, each part is shown once as it is
+    std::vector<Surface> surfaces;
+    std::vector<Image> images;
+    std::vector<std::string> warnings;  // a line each, without the file's name
+};
+
+/// Files next to the model, which the host fetches. A reader asks for all that it wants and returns if any answer is missing;
+/// the host answers, and the reader starts again.
+class Beside {
+public:
+    struct Answer {
+        std::vector<std::uint8_t> bytes;
+        std::string error;  // the host's reason; empty if the file was read
+    };
+
+    /// The answer for a file, null until the host gives one. name: its path from the model's folder.
+    const Answer* ask(std::string_view name) {
+        static const Answer none{{}, "expected the name of a file, got none"};
+        if (name.empty()) return &none;
+        const auto [found, is_new] = answers_.try_emplace(std::string(name));
+        if (is_new) wanted_.push_back(&*found);
+        return found->second ? &*found->second : nullptr;
+    }
+
+    /// Whether a reader has to return.
+    [[nodiscard]] bool is_waiting() const { return !wanted_.empty(); }
+    /// The file to answer for first, while there is one.
+    [[nodiscard]] const std::string& wanted() const { return wanted_.front()->first; }
+    void answer(Answer answer) {
+        wanted_.front()->second = std::move(answer);
+        wanted_.pop_front();
+    }
+
+private:
+    using Answers = std::map<std::string, std::optional<Answer>, std::less<>>;
+
+    Answers answers_;
+    std::deque<Answers::value_type*> wanted_;
+};
+
+}  // namespace bob::files

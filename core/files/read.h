@@ -1,0 +1,55 @@
+/// Reads mesh files of every format: bytes in, parts out.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "files/part.h"
+
+namespace bob::files {
+
+/// A reader throws std::invalid_argument, of one line without the file's name, where it can't read a file. It checks Interruption.
+using Reader = Contents (*)(Bytes bytes, Beside& beside);
+
+[[nodiscard]] Contents read_obj(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_off(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_ply(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_stl(Bytes bytes, Beside& beside);
+
+/// The reading of one file, in as many steps as it takes to fetch other files that it names.
+class Reading {
+public:
+    /// format: the ending of the file's name, in lower case and without its point. The bytes have to live as long as the reading.
+    Reading(std::string_view format, Bytes bytes);
+
+    /// Reads on. Returns the name of a file that is needed first, which `give` or `refuse` has to answer; empty at the end.
+    [[nodiscard]] std::string go_on();
+    void give(Bytes bytes) { beside_.answer({{bytes.begin(), bytes.end()}, {}}); }
+    /// why: the host's reason, in a line.
+    void refuse(std::string_view why) { beside_.answer({{}, std::string(why)}); }
+
+    /// Complete once `go_on` has returned nothing.
+    [[nodiscard]] Contents& contents() { return contents_; }
+
+private:
+    Reader reader_;
+    Bytes bytes_;
+    Beside beside_;
+    Contents contents_;
+};
+
+/// All but numbers and embedded images, as JSON in ASCII:
+/// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [part, ...],
+///  "surfaces": [{"name", "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" |
+///   "mirror", "..."], "uv"}}, "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent"}],
+///  "images": [{"name"}], "warnings": [...]}
+[[nodiscard]] std::string description(const Contents& contents);
+
+/// The numbers of what that describes: 13 for each surface, those of Material in their order and the alpha cutoff; then 16 for each
+/// placement, the rows of its matrix. They are not in the JSON, since to write them exactly takes 100 kB of tables.
+[[nodiscard]] Numbers<double> numbers(const Contents& contents);
+
+/// A part's array by its number: vertices, normals, colors, face_colors, alphas, and from 5 on uv sets. Empty if there is none.
+[[nodiscard]] Numbers<double>& field(Part& part, std::size_t number);
+
+}  // namespace bob::files

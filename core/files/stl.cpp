@@ -1,0 +1,100 @@
+/// STL, text and binary. Its normals, one for each face, are those of the triangles, and are left out.
+#include <stdexcept>
+
+#include "base/interruption.h"
+#include "files/binary.h"
+#include "files/read.h"
+#include "files/text.h"
+#include "files/welding.h"
+
+namespace bob::files {
+namespace {
+
+constexpr std::size_t header = 84, facet = 50;  // bytes
+
+/// The end of all facets, whose last two bytes say how many more bytes follow; 0 if they reach beyond the file.
+std::size_t end_with_attributes(Bytes bytes, std::size_t count) {
+    std::size_t at = header;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (bytes.size() - at < facet) return 0;
+        at += facet + (bytes[at + facet - 2] | bytes[at + facet - 1] << 8u);
+        if (at > bytes.size()) return 0;
+    }
+    return at;
+}
+
+Part read_binary(Bytes bytes, std::size_t count) {
+    const bool has_attributes = bytes.size() != header + facet * count && end_with_attributes(bytes, count) == bytes.size();
+    Welding welding(3 * count);
+    welding.add_facets(bytes.subspan(header), count, has_attributes);
+    return std::move(welding).part();
+}
+
+[[noreturn]] void refuse_line(std::string_view line) {
+    refuse({"expected facets of three vertices, each of three numbers, got ", quoted(trimmed(line))});
+}
+
+double coordinate(std::string_view word, std::string_view line) {
+    try {
+        return number_of(word);
+    } catch (const std::invalid_argument&) {
+        if (word.find(',') != std::string_view::npos) throw;
+        refuse_line(line);
+    }
+}
+
+std::vector<Part> read_text(std::string_view text) {
+    std::vector<Part> parts;
+    Welding welding(3 * (text.size() / 256));
+    int corners = -1;  // of the facet so far; -1 outside of one
+    const auto end_solid = [&] {
+        if (Part part = std::move(welding).part(); !part.triangles.empty()) parts.push_back(std::move(part));
+        welding = Welding(0);
+    };
+    for (Lines lines(text); lines.next();) {
+        Words words(lines.line());
+        const std::string_view word = words.next();
+        if (is_word(word, "vertex")) {
+            if (++corners < 1 || corners > 3) refuse_line(lines.line());
+            double place[3];
+            for (double& x : place) {
+                const std::string_view digits = words.next();
+                if (digits.empty()) refuse_line(lines.line());
+                x = coordinate(digits, lines.line());
+            }
+            if (!words.next().empty()) refuse_line(lines.line());
+            welding.add(place[0], place[1], place[2]);
+        } else if (is_word(word, "facet")) {
+            if (corners >= 0) refuse_line(lines.line());
+            corners = 0;
+        } else if (is_word(word, "endfacet")) {
+            if (corners != 3) refuse_line(lines.line());
+            corners = -1;
+        } else if (is_word(word, "endsolid")) {
+            end_solid();
+        }
+    }
+    if (corners > 0) refuse_line("the end of the file");
+    end_solid();
+    return parts;
+}
+
+}  // namespace
+
+Contents read_stl(Bytes bytes, Beside&) {
+    const std::string_view text = text_of(bytes), head = text.substr(0, header);
+    const std::size_t count = bytes.size() < header ? 0 : load<std::uint32_t>(&bytes[80], false);
+    const bool is_exact = bytes.size() >= header && (bytes.size() - header) / facet == count && (bytes.size() - header) % facet == 0;
+    const bool is_text = is_word(trimmed(head).substr(0, 5), "solid") && head.find('\0') == std::string_view::npos;
+    Contents contents;
+    if (!is_exact && is_text) {
+        contents.parts = read_text(text);
+    } else if (is_exact || (count > 0 && bytes.size() >= header && (bytes.size() - header) / facet >= count)) {
+        contents.parts.push_back(read_binary(bytes, count));
+    } else {
+        refuse({"expected an STL of 84 + 50 n bytes for n triangles, got ", grouped(bytes.size()), " bytes"});
+    }
+    return contents;
+}
+
+}  // namespace bob::files

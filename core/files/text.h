@@ -1,0 +1,92 @@
+/// Texts without a locale: lines, words and numbers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "base/interruption.h"
+#include "files/part.h"
+
+namespace bob::files {
+
+[[nodiscard]] constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// ASCII in lower case.
+[[nodiscard]] std::string lower(std::string_view text);
+
+/// Whether a text is `word`, which is in lower case, in any case.
+[[nodiscard]] bool is_word(std::string_view text, std::string_view word);
+
+/// UTF-8, with U+FFFD for bytes that are none.
+[[nodiscard]] std::string utf8(std::string_view bytes);
+
+/// At most 40 bytes of a text in quotes, for messages.
+[[nodiscard]] std::string quoted(std::string_view text);
+
+/// A whole number with commas between its thousands, for messages.
+[[nodiscard]] std::string grouped(std::uint64_t number);
+
+/// Texts as one. Small: messages are put together in many places.
+[[nodiscard]] std::string joined(std::initializer_list<std::string_view> texts);
+
+/// Throws std::invalid_argument with a message of texts.
+[[noreturn]] void refuse(std::initializer_list<std::string_view> texts);
+
+/// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument if the word is none, and says so
+/// if it has a decimal comma.
+[[nodiscard]] double number_of(std::string_view word);
+
+/// The text of a file, without a byte order mark.
+[[nodiscard]] std::string_view text_of(Bytes bytes);
+
+/// The lines of a text, which end with LF, CR or both. Checks Interruption.
+class Lines {
+public:
+    explicit Lines(std::string_view text) : rest_(text) {}
+
+    /// Goes to the next line; false after the last.
+    bool next() {
+        if (++count_ % 4096 == 0) Interruption::check();
+        if (rest_.empty()) return false;
+        std::size_t end = 0;
+        while (end < rest_.size() && rest_[end] != '\n' && rest_[end] != '\r') ++end;
+        line_ = rest_.substr(0, end);
+        const bool is_pair = end + 1 < rest_.size() && rest_[end] == '\r' && rest_[end + 1] == '\n';
+        rest_.remove_prefix(end == rest_.size() ? end : end + (is_pair ? 2 : 1));
+        return true;
+    }
+    [[nodiscard]] std::string_view line() const { return line_; }
+
+private:
+    std::string_view rest_, line_;
+    std::uint64_t count_ = 0;
+};
+
+/// The words of a line, which white space separates.
+class Words {
+public:
+    explicit Words(std::string_view line) : rest_(line) {}
+
+    /// The next word, empty at the end.
+    std::string_view next() {
+        std::size_t begin = 0;
+        while (begin < rest_.size() && is_space(rest_[begin])) ++begin;
+        std::size_t end = begin;
+        while (end < rest_.size() && !is_space(rest_[end])) ++end;
+        const std::string_view word = rest_.substr(begin, end - begin);
+        rest_.remove_prefix(end);
+        return word;
+    }
+    /// What follows.
+    [[nodiscard]] std::string_view rest() const { return rest_; }
+
+private:
+    std::string_view rest_;
+};
+
+}  // namespace bob::files
