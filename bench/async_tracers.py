@@ -1,7 +1,7 @@
-"""What several calls under way bring where a pixel is slow: seconds to the frame of 5 % of the pixels, by workers.
+"""Gain of concurrent calls with slow pixels: seconds to the frame of 5 % of the pixels, by number of workers.
 
-A pixel takes 2 ms in a process of a pool, in which it sleeps, as on machines of its own. Prints docs/tracers.md's
-table.
+A pixel takes 2 ms in a process of a pool, where it sleeps, as if on separate machines. Prints the table of
+docs/tracers.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CAMERA = bob.Camera(azimuth=30)
 
 
 class Slow:
-    """The core's tracer, as if its pixels were slow."""
+    """The core's tracer with artificially slow pixels."""
 
     size = SIZE
 
@@ -39,7 +39,7 @@ class Slow:
 
 
 slow: Slow
-"""Each process has its own."""
+"""One tracer in each process."""
 
 
 def begin() -> None:
@@ -52,7 +52,7 @@ def in_process(pixels: NDArray[np.int32]) -> bob.Samples:
 
 
 class Pooled:
-    """The same in a pool of processes."""
+    """The slow tracer in a pool of processes."""
 
     size = SIZE
 
@@ -64,7 +64,7 @@ class Pooled:
 
 
 def frames_to_share(frames: Iterator[bob.Frame]) -> tuple[list[bob.Frame], float]:
-    """The frames up to the first that has the share, and the seconds until it is there."""
+    """Return the frames up to the first with the share, and the seconds until it arrives."""
     shown = []
     start = time.perf_counter()
     for frame in frames:
@@ -91,7 +91,7 @@ def main() -> None:
     measure("samples, one call after the other", Slow(), best)
     for workers in WORKERS:
         with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), begin) as pool:
-            list(pool.map(time.sleep, [1] * workers))  # all have begun
+            list(pool.map(time.sleep, [1] * workers))  # every worker has started
             measure(f"futures, {workers} worker{'s' * (workers > 1)}", Pooled(pool, workers), best / workers)
     table(["tracer", "first=0.05", "at best", "SSIM", "frame_ms=100", "median ms of a frame"], rows)
 

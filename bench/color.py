@@ -1,5 +1,7 @@
-"""What colour costs, and how well it is completed: tracing and completing beside gray, smooth edges, and the error
-beside linear interpolation of each component over the Delaunay triangles of the same pixels, and of uniform ones.
+"""Cost and quality of colour: tracing, completion and antialiasing compared with gray.
+
+The errors are compared with linear interpolation of each component over the Delaunay triangles of the same pixels, and
+of uniform ones.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ FRACTIONS = (0.01, 0.02, 0.05, 0.1)
 MODELS = ("default", "small", "filling")
 LINEAR, UNIFORM = "delaunay-linear", "uniform"
 UNIONS = (3, 20, 100, 300)  # shapes in one formula
-OWN = 16  # shapes of our own, in colour
+OWN = 16  # procedural shapes in colour
 
 
 def colored(mesh: bob.Mesh, **colors: object) -> bob.Mesh:
@@ -38,7 +40,7 @@ def colored(mesh: bob.Mesh, **colors: object) -> bob.Mesh:
 
 
 def stains(mesh: bob.Mesh) -> NDArray[np.float64]:
-    """Colours of the vertices: large stains, of which most edges are soft."""
+    """Return vertex colours: large stains with mostly soft edges."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     x, y, z = ((mesh.vertices - low) / (high - low).max() * 9).T
     waves = [np.sin(x + 2 * np.sin(y)), np.sin(y + 2 * np.sin(z) + 1), np.sin(z + 2 * np.sin(x) + 2)]
@@ -46,7 +48,7 @@ def stains(mesh: bob.Mesh) -> NDArray[np.float64]:
 
 
 def texture() -> NDArray[np.uint8]:
-    """512x512: tiles of random colours, each with a border."""
+    """Return 512x512 texels: tiles of random colours with borders."""
     rng = np.random.default_rng(0)
     tiles = rng.integers(30, 250, (16, 16, 3), np.uint8).repeat(32, axis=0).repeat(32, axis=1)
     inside = np.logical_and(*(np.indices((512, 512)) % 32 > 2))
@@ -54,7 +56,7 @@ def texture() -> NDArray[np.uint8]:
 
 
 def kinds(mesh: bob.Mesh) -> dict[str, bob.Scene]:
-    """A shape in white, and in the three ways that it can have colours."""
+    """Return scenes of a shape in white, and with each of three kinds of colours."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     uv = ((mesh.vertices - low) / (high - low).max())[:, [0, 2]] * 2
     return {
@@ -67,7 +69,7 @@ def kinds(mesh: bob.Mesh) -> dict[str, bob.Scene]:
 
 
 def parts() -> bob.Scene:
-    """Twenty-seven carved balls, each of another colour."""
+    """Return twenty-seven carved balls of different colours."""
     drill = cylinder(0.5)
     carved = (sphere(1) & box(1.5)) - (drill.orient(X) | drill.orient(Y) | drill.orient(Z))
     rng = np.random.default_rng(1)
@@ -77,7 +79,7 @@ def parts() -> bob.Scene:
 
 
 def union(count: int, *, colored: bool) -> bob.Scene:
-    """Balls and boxes side by side, each of another colour or all white, as one formula."""
+    """Return balls and boxes of different colours, or all white, as one formula."""
     rng = np.random.default_rng(1)
     shapes = []
     for number in range(count):
@@ -88,7 +90,7 @@ def union(count: int, *, colored: bool) -> bob.Scene:
 
 
 def tracing(scenes: dict[str, bob.Scene]) -> None:
-    """Print what a pixel takes."""
+    """Print the time of a traced pixel."""
     heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
     table(["the bunny", "microseconds", "/ white"], traced(scenes, dict.fromkeys(scenes, "white")))
     heading("The same of formulas of many shapes side by side")
@@ -99,7 +101,7 @@ def tracing(scenes: dict[str, bob.Scene]) -> None:
 
 
 def traced(scenes: dict[str, bob.Scene], white: dict[str, str]) -> list[list[str]]:
-    """What a pixel of each scene takes, also beside the one that is white."""
+    """Return the time of a pixel in each scene, also relative to its white version."""
     pixels = tiled_pixels(SIZE)
     tracers = {name: SceneTracer(scene, bob.Camera(), SIZE) for name, scene in scenes.items()}
     runs = {name: on_one_thread(partial(tracer, pixels)) for name, tracer in tracers.items()}
@@ -111,7 +113,7 @@ def traced(scenes: dict[str, bob.Scene], white: dict[str, str]) -> list[list[str
 
 
 def completing(scene: bob.Scene) -> None:
-    """Print what completing takes."""
+    """Print the time of completion."""
     heading("Completing 640x480 in colour, from 5 % of the pixels, all of bob.complete: milliseconds")
     rows, threads = [], bob.thread_count()
     for name, zoom in (("all of it", 1), ("close", 3)):
@@ -130,7 +132,7 @@ def completing(scene: bob.Scene) -> None:
 
 
 def edges(scene: bob.Scene) -> None:
-    """Print what smooth edges take."""
+    """Print the time of antialiasing."""
     heading("Smooth edges, 640x480: milliseconds of bob.render, and SSIM against 16 rays in every pixel")
     many = bob.trace(scene, size=(4 * 480, 4 * 640)).color.reshape(480, 4, 640, 4, 3).mean(axis=(1, 3))
     runs: dict[str, Callable[[], object]] = {
@@ -146,7 +148,7 @@ def edges(scene: bob.Scene) -> None:
 
 
 def sets_of_scenes(scenes: dict[str, bob.Scene]) -> dict[str, Scenes]:
-    """What completed colours are measured on: single scenes, our own shapes, and files that have colours."""
+    """Return the scenes for errors of completed colours: single scenes, procedural shapes, and files with colours."""
     shown = {name: scenes[name] for name in ("material", "vertices", "texture")} | {"27 parts": parts()}
     sets: dict[str, Scenes] = {name: {name: partial(as_scene, scene)} for name, scene in shown.items()}
     sets[f"{OWN} own shapes"] = own_scenes(OWN, colored=True)

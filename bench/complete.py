@@ -1,7 +1,7 @@
-"""What it takes to complete a picture with each network: the core against PyTorch, ONNX Runtime and OpenVINO.
+"""Time to complete a picture with each network: the core against PyTorch, ONNX Runtime and OpenVINO.
 
-The same weights, the same input, in the same run, with as many threads; every result is compared with PyTorch's. Then
-what a small change of a picture costs, and milliseconds to say which pixels come first, for each pixel order.
+The same weights, input and number of threads, in the same run; every result is compared with PyTorch's. Also the cost
+of a small change of a picture, and the time to choose the first pixels, for each pixel order.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from bobrossnet.support.machine import extra_memory
 
 THREADS = 2
 SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
-REST = 0.05  # seconds before each run, longer than any rival's threads look out for more work
-PIXELS = 2e7  # that each rival completes at each size, in at least 3 runs
+REST = 0.05  # seconds before each run, longer than any rival's threads spin
+PIXELS = 2e7  # pixels that each rival completes at each size, in at least 3 runs
 CORE = Path(__file__).parents[1] / "core"
 FLAGS = ["-std=c++20", "-O3", "-march=native", "-ffp-contract=off", "-Wno-psabi", "-DBOB_ISA=widest", f"-I{CORE}"]
 
@@ -46,7 +46,7 @@ Run = Callable[[], NDArray[np.float32]]
 
 
 def rivals(weights: Path, onnx: Path, stack: NDArray[np.float32]) -> dict[str, Callable[[], Run]]:
-    """What completes the picture, by name. Each makes a network ready, and then returns its output, (H, W)."""
+    """Return the rivals by name. Each prepares a network, and returns a function with its output, (H, W)."""
     size = stack.shape[1:]
 
     def core() -> Run:
@@ -92,7 +92,7 @@ def rivals(weights: Path, onnx: Path, stack: NDArray[np.float32]) -> dict[str, C
 
 
 def peak(folder: Path) -> float:
-    """GFLOP/s of fused multiply-adds that this machine does now, at most."""
+    """Return this machine's current peak of fused multiply-adds, in GFLOP/s."""
     program = folder / "peak"
     if not program.exists():
         subprocess.run(["c++", *FLAGS, "-o", program, Path(__file__).with_name("peak.cpp"), "-pthread"], check=True)
@@ -100,7 +100,7 @@ def peak(folder: Path) -> float:
 
 
 def weights_of(network: str, folder: Path) -> Path:
-    """The shipped weights of a network, whose layers make zeros, which the core leaves out; or else a new one's."""
+    """Return the shipped weights of a network, with layers of zeros, which the core omits; otherwise new weights."""
     shipped = find_weights("default" if network == "pyramid" else network)
     if shipped is None:
         save(folder / f"{network}.safetensors", NETWORKS[network].from_settings({}))
@@ -142,7 +142,7 @@ def main() -> None:
 
 
 def plot(rows: list[list[str]], path: Path) -> None:
-    """Draw how the time of each rival grows with the pixels."""
+    """Plot each rival's time by number of pixels."""
     figure, axes = plt.subplots(1, len(learnt()), figsize=(9, 4), sharey=True, layout="constrained")
     points: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for what, name, milliseconds, *_ in rows:
@@ -167,7 +167,7 @@ def plot(rows: list[list[str]], path: Path) -> None:
 
 
 def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: float) -> list[list[str]]:
-    """Rows of the table for one picture."""
+    """Return the table's rows for one picture."""
     height, width = gbuffer.size
     operations = 2 * load(weights)[0].multiply_adds(height, width) * height * width
     runs: dict[str, Run] = {}
@@ -205,7 +205,7 @@ def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: fl
 
 
 def ladder_times(scene: bob.Scene) -> None:
-    """Print what all of `complete` takes with each of the shipped networks, in turn."""
+    """Print the time of `complete` with each of the shipped networks, interleaved."""
     heading("Completing 640x480 with each network, all of bob.complete: milliseconds")
     part = bob.trace(scene, size=(480, 640), fraction=0.05)
     rows = {name: [name] for name in shipped_names()}
@@ -218,8 +218,8 @@ def ladder_times(scene: bob.Scene) -> None:
 
 
 def size_times(scene: bob.Scene) -> None:
-    """Print what a pixel of all of `complete` takes in pictures of any size, and how much memory beside the picture."""
-    heading("Completing, all of bob.complete, one thread: nanoseconds of its time a pixel, MB beside the picture")
+    """Print the time of `complete` for each pixel in pictures of several sizes, and the memory besides the picture."""
+    heading("Completing, all of bob.complete, one thread: nanoseconds of its time a pixel, MB besides the picture")
     bob.set_thread_count(1)
     rows = []
     for height, width in (SIZES[1], *SIZES[3:]):
@@ -235,7 +235,7 @@ def size_times(scene: bob.Scene) -> None:
 
 
 def order_times() -> None:
-    """Print how long the first pixels of a 4K picture take to name."""
+    """Print the time to choose the first pixels of a 4K picture."""
     size = (2160, 3840)
     heading(f"Pixel orders: milliseconds for the first pixels of {size[1]}x{size[0]}, {bob.thread_count()} threads")
     rows = []
@@ -249,7 +249,7 @@ def order_times() -> None:
 
 
 def deciding_times() -> None:
-    """Print how long the adaptive order takes to decide which pixels are next, reading those before included."""
+    """Print the time of the adaptive order's next choice of pixels, including reading the previous ones."""
     heading("Adaptive order: deciding, one thread, on the built-in scene; medians of 7")
     rows = []
     for height, width in ((480, 640), (2160, 3840)):
@@ -272,7 +272,7 @@ def deciding_times() -> None:
 
 
 def deciding(planes: NDArray[np.float32], fraction: float) -> list[tuple[float, int]]:
-    """Seconds and pixels of each round."""
+    """Return seconds and pixels of each round."""
     size = planes.shape[1:]
     order, rounds, pixels = _core.AdaptiveOrder(0, *size), [], 0
     while pixels < round(fraction * size[0] * size[1]):

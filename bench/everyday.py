@@ -1,4 +1,4 @@
-"""Thumbnails of a folder, beside pyvista where it is installed, and films: files and pictures a second."""
+"""Files per second of thumbnails, compared with pyvista if installed, and pictures per second of films."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ READ_BY_VTK = (".ply", ".obj", ".stl")
 
 
 def by_pyvista(file: str, out: str) -> bool:
-    """Draw a file as pyvista's documentation does it; whether there was anything to draw."""
+    """Draw a file as in pyvista's documentation; return whether it has any content."""
     import pyvista
 
     warnings.simplefilter("ignore")
@@ -34,20 +34,20 @@ def by_pyvista(file: str, out: str) -> bool:
         plotter.add_mesh(mesh)
         plotter.screenshot(out)
         plotter.close()
-    except Exception:  # of whatever kind, of files that it can't read
+    except Exception:  # any error, from unreadable files
         return False
     return True
 
 
 def quiet() -> None:
-    """Discard what VTK prints of files and displays."""
+    """Discard VTK's output about files and displays."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for output in (1, 2):
         os.dup2(nowhere, output)
 
 
 def with_pyvista(folder: Path, out: Path) -> int:
-    """The same with a process for each core, as ours; how many pictures there are."""
+    """Draw all files by pyvista with a process for each core; return the number of pictures."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     out.mkdir()
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), quiet) as pool:
@@ -56,12 +56,12 @@ def with_pyvista(folder: Path, out: Path) -> int:
 
 
 def with_ours(folder: Path, out: Path) -> int:
-    """How many pictures `bob.thumbnails` makes."""
+    """Return the number of pictures by `bob.thumbnails`."""
     return sum(each.error is None for each in bob.thumbnails(folder, out, size=(SIZE, SIZE)))
 
 
 def thumbnails(folder: Path) -> None:
-    """Print how many files a second each draws, in turn, from starting the processes on."""
+    """Print the files per second of each, interleaved, including the start of processes."""
     with tempfile.TemporaryDirectory() as made:
         place = Path(made)
         common = place / "common"
@@ -93,7 +93,7 @@ def thumbnails(folder: Path) -> None:
 
 
 def films() -> None:
-    """Print how long a turn of the built-in scene takes."""
+    """Print the time of a turn around the built-in scene."""
     heading("Films: one turn of the built-in scene, 75 pictures of 640x480, WebP, all threads")
     rows = []
     with tempfile.TemporaryDirectory() as made:

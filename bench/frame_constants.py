@@ -1,7 +1,7 @@
-"""What each constant of the planner of frames is worth: orbits without it.
+"""Gain of each constant of the frame planner: orbits with and without it.
 
-Pictures are real, and times are simulated, so that every run gives the same numbers: rays, completing and reprojecting
-take what is said here, and five times as long when they run first.
+Pictures are real and times are simulated, so that every run gives the same numbers: rays, completion and reprojection
+take the times below, and five times as long at their first run.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from bobrossnet.frames.planner import Planner
 SIZE = (240, 320)
 FRAMES = 40
 SETTLED = 15
-"""Frames before those that are compared."""
+"""Frames before the compared ones."""
 SCENES = 3
 BUDGETS_MS = (3, 8)
 STEP = 2.0
-"""Degrees a frame."""
+"""Degrees per frame."""
 SPEEDS = {"fast": 20e-9, "medium": 200e-9, "slow": 3e-6}
-"""Seconds of a ray of a whole picture."""
+"""Seconds per ray of a whole picture."""
 DEARER = {"whole": 1.0, "squares": 1.3, "adaptive": 2.5, "reproject": 2.5}
-"""What rays of each mode take beside these."""
+"""Cost of a ray in each mode, relative to that."""
 PER_CALL = 50e-6
 COMPLETING = {"filling": 4e-9, "default": 13e-9}
-"""Seconds a pixel."""
+"""Seconds per pixel."""
 REPROJECTING = 12e-9
 COLD = 5
 NOISE = 0.15
@@ -53,7 +53,7 @@ WITHOUT: dict[str, dict[str, float]] = {
 
 
 class Clock:
-    """Seconds that pass as work is done, with noise; more at the first time of each kind."""
+    """A simulated clock, advanced by work with noise; the first work of each kind takes longer."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -70,7 +70,7 @@ class Clock:
 
 @contextmanager
 def simulated(clock: Clock, view_of: Any, ray: float) -> Iterator[None]:
-    """What frames do takes the clock's time."""
+    """Make the work of frames advance the clock."""
     complete, trace = bob.complete, bob.SceneTracer.__call__
 
     def timed_complete(shown: bob.GBuffer, model: Any) -> Any:
@@ -103,7 +103,7 @@ def simulated(clock: Clock, view_of: Any, ray: float) -> Iterator[None]:
 
 @dataclass
 class Orbit:
-    """1 - SSIM, flicker in gray levels, the share of frames that are over a tenth late, and how often modes changed."""
+    """1 - SSIM, flicker in gray levels, share of frames over a tenth late, and number of mode changes."""
 
     error: float
     flicker: float

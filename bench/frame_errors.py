@@ -1,6 +1,6 @@
-"""The error of a frame by the share of its pixels that are traced, for each way to choose and to complete them.
+"""Error of a frame by share of traced pixels, for each mode of choice and completion.
 
-`--write` puts the table where the planner of frames reads it, core/frame/errors.h.
+`--write` writes the table to core/frame/errors.h, where the frame planner reads it.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from bobrossnet.frames.motion import View
 HEADER = Path(__file__).parents[1] / "core/frame/errors.h"
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 STEPS = (0.5, 2.0, 4.0, 10.0, 30.0, 90.0)
-"""Degrees between two pictures of an orbit."""
+"""Degrees between successive pictures of an orbit."""
 VIEWS = 2
 ANEW = (("squares", "filling"), ("adaptive", "filling"), ("adaptive", "small"), ("adaptive", "default"))
 COUNTED = range(FRAMES - 4, FRAMES)
-"""Frames of an orbit that are compared."""
+"""Compared frames of an orbit."""
 
 
 def errors_anew(scene: bob.Scene, camera: bob.Camera) -> list[list[float]]:
-    """1 - SSIM of new pictures, by way and share."""
+    """Return 1 - SSIM of new pictures, by mode and share."""
     full = bob.trace(scene, camera, size=SIZE)
     return [
         [1 - bob.ssim(bob.complete(full.sample(share, order=order), model=model), full.gray) for share in SHARES]
@@ -36,14 +36,14 @@ def errors_anew(scene: bob.Scene, camera: bob.Camera) -> list[list[float]]:
 
 
 class Reprojecting(_core.FramePlanner):
-    """A planner that always reprojects."""
+    """A planner that reprojects in every frame."""
 
     def plan_pixels(self, pixels: int, parallax: float) -> str:
         return "reproject"
 
 
 def error_reprojected(scene: bob.Scene, first: bob.Camera, step: float, share: float) -> float:
-    """1 - SSIM of the last pictures of an orbit. Each reprojects those before, and traces a share of its pixels."""
+    """Return 1 - SSIM of an orbit's last pictures; each reprojects earlier samples and traces a share of its pixels."""
     view = View(scene, size=SIZE, model="filling")
     view._planner.core = Reprojecting(SIZE[0] * SIZE[1], ["default"])
     found = []
@@ -56,7 +56,7 @@ def error_reprojected(scene: bob.Scene, first: bob.Camera, step: float, share: f
 
 
 def parallax_of(step: float) -> float:
-    """Of a step of an orbit."""
+    """Return the parallax of an orbit's step."""
     before, after = (bob.Camera(azimuth=azimuth, elevation=20).core((0, 0, 0), 1) for azimuth in (30, 30 + step))
     return _core.parallax(before, after, *SIZE)
 

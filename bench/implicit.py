@@ -1,10 +1,10 @@
-"""Implicit surfaces, traced directly, beside what else can be done with a formula: sphere tracing in numpy, and a mesh.
+"""Direct tracing of implicit surfaces, compared with sphere tracing in numpy and with a mesh.
 
-The rivals see the same formula, written as a plain function of numpy's, through the same camera. Sphere tracing goes on
-by f / L, where L is the steepest slope of f; the mesh is what marching cubes make of f, as fine as its picture needs to
-be as good as the direct one. Quality stands beside speed: what sphere tracing gets wrong, and how far off the mesh is.
+The rivals use the same formula, a plain numpy function, and the same camera. Sphere tracing advances by f / L, with the
+maximum slope L of f. The mesh is made by marching cubes, fine enough for its picture to equal the direct one. Quality
+is reported next to speed: wrong pixels of sphere tracing, and the distance of the mesh.
 
-Then sparse pictures: what a ray costs where few are traced, beside what it costs where all are.
+Also sparse pictures: the cost per ray when few pixels are traced, and when all are.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "docs"))
 from gallery import FORMULAS, made
 
 Formula = Callable[[Any, Any, Any], Any]
-"""f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
+"""f(x, y, z) of broadcastable numpy arrays, of their dtype."""
 
 Floats = NDArray[np.floating[Any]]
 
@@ -46,8 +46,10 @@ RIVAL_RUNS = 3
 GRIDS = (32, 48, 64, 96, 128, 192, 256)
 CUBE = np.array(((-1, -1, -1), (1, 1, 1)))
 EQUAL = 0.5 / 255
-"""A mesh is as good as the direct picture where gray differs by half a step of an 8-bit file in the mean over the
-object's pixels: what rounding to such a file costs at most."""
+"""Tolerance of gray, as a mean over the object's pixels: half a step of an 8-bit file, its maximum rounding error.
+
+A mesh within it is as good as the direct picture.
+"""
 
 # ---- Shapes ----------------------------------------------------------------------------------------------
 
@@ -58,7 +60,7 @@ class Example:
     shape: bob.Implicit
     formula: Formula  # of the same values as the shape's
     far: float = np.inf
-    """Sphere tracing takes larger values for this one, so that only slopes where f is below it bound its steps."""
+    """Sphere tracing ignores larger values, so that only slopes where f is below it bound its steps."""
 
 
 def csg(x: Any, y: Any, z: Any) -> Any:
@@ -73,17 +75,17 @@ def csg(x: Any, y: Any, z: Any) -> Any:
 
 
 def gyroid(x: Any, y: Any, z: Any) -> Any:
-    """Walls a fiftieth of the radius thick or so, in a ball."""
+    """Walls about a fiftieth of the radius thick, in a ball."""
     u, v, w = 10 * x, 10 * y, 10 * z
     wall = np.abs(np.sin(u) * np.cos(v) + np.sin(v) * np.cos(w) + np.sin(w) * np.cos(u)) - 0.15
     return np.maximum(wall, 10 * (np.sqrt(x * x + y * y + z * z) - 1))
 
 
 def mandelbulb(x: Any, y: Any, z: Any) -> Any:
-    """The points p for which p^8 + p is within 2 of the origin; the power is White and Nylander's, in closed form."""
+    """Points p with p^8 + p within 2 of the origin; the power is White and Nylander's, in closed form."""
 
     def eightfold(c: Any, s: Any) -> tuple[Any, Any]:
-        """Cosine and sine of eight times an angle, from its own."""
+        """Return cosine and sine of eight times an angle, from those of the angle."""
         c2 = 2 * c * c - 1
         c4 = 2 * c2 * c2 - 1
         return 2 * c4 * c4 - 1, 8 * s * c * c2 * c4
@@ -99,7 +101,7 @@ def mandelbulb(x: Any, y: Any, z: Any) -> Any:
 
 
 def vm_formula(path: Path) -> Formula:
-    """A .vm file's formula, step by step in numpy."""
+    """Return a .vm file's formula, evaluated step by step in numpy."""
     functions: Mapping[str, Callable[..., Any]] = {
         "add": np.add,
         "sub": np.subtract,
@@ -120,7 +122,7 @@ def vm_formula(path: Path) -> Formula:
             if op in variables:
                 values[name] = variables[op]
             elif op == "const":
-                values[name] = float(operands[0])  # takes the arrays' dtype, which a numpy scalar would not
+                values[name] = float(operands[0])  # takes the arrays' dtype, unlike a numpy scalar
             else:
                 values[name] = functions[op](*(values[operand] for operand in operands))
             for operand in operands:
@@ -132,7 +134,7 @@ def vm_formula(path: Path) -> Formula:
 
 
 def cut(formula: Formula, bounds: NDArray[np.float64] | None) -> Formula:
-    """The formula within a box, where one is given."""
+    """Return the formula within a box, if there is one."""
     if bounds is None:
         return formula
     sides = [(float(low + high) / 2, float(high - low) / 2) for low, high in bounds.T]
@@ -147,7 +149,7 @@ def cut(formula: Formula, bounds: NDArray[np.float64] | None) -> Formula:
 
 
 def vm_shape(name: str) -> bob.Implicit | None:
-    """A .vm file in the folder of shapes; skipped, with a reason, where it is missing."""
+    """Return a .vm file of the folder of shapes, or None if it is missing, with a printed reason."""
     path = vm_path(name)
     if not path.is_file():
         print(f"skipped {name}: no {path}; name the folder of shapes in BOBROSSNET_MODELS")
@@ -162,21 +164,21 @@ def vm_path(name: str) -> Path:
 
 
 def solid() -> bob.Implicit:
-    """What `csg` is, in the modelling language."""
+    """Return `csg` in the modelling language."""
     holes = cylinder(0.5)
     result: bob.Implicit = (sphere(1) & box(1.5)) - (holes | holes.orient(X) | holes.orient(Y))
     return result
 
 
 def knob() -> bob.Implicit:
-    """A knurled knob: two rings of boxes, twisted either way, are cut out of a cylinder."""
+    """Return a knurled knob: a cylinder minus two rings of boxes, twisted in opposite directions."""
     teeth = box((1, 1, 4)).rotate(np.pi / 4).circular_array(24, 1.6)
     result = rounded_cylinder(1, 0.1, 5) - (teeth.twist(0.75) | teeth.twist(-0.75)).k(0.1)
     return result - cylinder(0.5).k(0.1)
 
 
 def weave() -> bob.Implicit:
-    """Bent strips, three around each place of two lattices, each with the strips of the eight places around it."""
+    """Return bent strips, three at each point of two lattices, each including the eight neighbouring points' strips."""
     strip = rounded_box([3.2, 1, 0.25], 0.1).translate((1.5, 0, 0.0625))
     bent = strip.bend_linear(X * 0.75, X * 2.25, Z * -0.1875, ease.in_out_quad)
     some = bent.circular_array(3, 0).repeat((2.7, 5.4, 0), padding=1)
@@ -185,7 +187,7 @@ def weave() -> bob.Implicit:
 
 
 def prepared() -> dict[str, bob.Implicit]:
-    """Shapes whose formulas jump, or have many parts, beside the examples."""
+    """Return further shapes, with discontinuous formulas or many parts."""
     folder = Path(__file__).parent.parent / "examples"
     scripts = {name: bob.load(folder / name).instances[0].shape for name in ("gear.sdf", "vase.sdf", "tower.sdf")}
     return {**scripts, "knob": knob(), "weave": weave()}  # type: ignore[dict-item]
@@ -210,7 +212,7 @@ def examples() -> list[Example]:
 
 
 def evaluate(formula: Formula, *points: Floats) -> Floats:
-    """f at points, x, y and z each (n,), in blocks that the cache holds."""
+    """Evaluate f at points, x, y and z each (n,), in blocks that fit the cache."""
     values = np.empty_like(points[0])
     for start in range(0, len(values), 2**14):
         block = slice(start, start + 2**14)
@@ -219,7 +221,7 @@ def evaluate(formula: Formula, *points: Floats) -> Floats:
 
 
 def gradient(formula: Formula, points: Floats, step: float) -> Floats:
-    """(3, n), of points (3, n), by central differences."""
+    """Return gradients (3, n) at points (3, n), by central differences."""
     result = np.empty_like(points)
     for axis in range(3):
         beside = np.zeros((3, 1), points.dtype)
@@ -229,7 +231,7 @@ def gradient(formula: Formula, points: Floats, step: float) -> Floats:
 
 
 def steepest_slope(example: Example, scene: bob.Scene, count: int = 2**18) -> float:
-    """The largest gradient at random points of the bounding sphere, less those where f is far from 0."""
+    """Return the largest gradient at random points of the bounding sphere, except where f is far from 0."""
     rng = np.random.default_rng(0)
     direction = rng.normal(size=(3, count))
     points = direction / np.linalg.norm(direction, axis=0) * np.cbrt(rng.random(count))
@@ -240,14 +242,14 @@ def steepest_slope(example: Example, scene: bob.Scene, count: int = 2**18) -> fl
 
 
 class Rays:
-    """The rays of a picture's pixels that meet the bounding sphere, from there on.
+    """Rays of a picture's pixels that hit the bounding sphere, starting at it.
 
     Attributes
     ----------
     pixels : (n,) int, in row-major order
     origin : (3, n) float32
     direction : (3, 1) float32
-    length : (n,) float32, to where they leave the sphere
+    length : (n,) float32, distance to the exit from the sphere
     """
 
     def __init__(self, scene: bob.Scene, camera: bob.Camera, size: tuple[int, int]) -> None:
@@ -258,8 +260,10 @@ class Rays:
 
 
 def sphere_trace(example: Example, rays: Rays, steepest: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Where rays first meet the surface, (n,), NaN where they don't within a thousand steps; and the normals there,
-    (3, hits). Rays that have ended are left out of the steps after."""
+    """Return distances of the first hits, (n,), and the normals there, (3, hits).
+
+    NaN where a ray has no hit within a thousand steps. Finished rays are dropped from later steps.
+    """
     found = np.full(len(rays.pixels), np.nan, np.float32)
     ray, points, length = np.arange(len(found)), rays.origin.copy(), rays.length
     t = np.zeros_like(length)
@@ -284,7 +288,7 @@ def sphere_trace(example: Example, rays: Rays, steepest: float) -> tuple[NDArray
 
 
 def mesh_of(example: Example, cells: int) -> bob.Scene:
-    """What marching cubes find on a grid of so many points an axis."""
+    """Return the marching cubes mesh of a grid with `cells` points along each axis."""
     low, high = example.shape.bounding_box(np.eye(4))
     low, high = low - 0.01 * (high - low), high + 0.01 * (high - low)
     x, y, z = np.linspace(low, high, cells).T
@@ -296,7 +300,7 @@ def mesh_of(example: Example, cells: int) -> bob.Scene:
 
 
 def gray_error(mesh: bob.GBuffer, direct: bob.GBuffer) -> float:
-    """Mean difference of gray over the object's pixels."""
+    """Return the mean difference of gray over the object's pixels."""
     object_pixels = (mesh.depth > 0) | (direct.depth > 0)
     return float(np.abs(mesh.gray - direct.gray)[object_pixels].mean())
 
@@ -306,11 +310,11 @@ class MeshPicture:
     cells: int
     triangles: int
     error: float
-    seconds: float  # sampling, marching, BVH and tracing
+    seconds: float  # for sampling, marching cubes, BVH and tracing
 
 
 def equal_mesh(example: Example, scene: bob.Scene, direct: bob.GBuffer) -> MeshPicture:
-    """The coarsest mesh whose picture is as good as the direct one, or the finest tried."""
+    """Return the coarsest mesh as good as the direct picture, or the finest one tried."""
     for cells in GRIDS:
         start = time.perf_counter()
         mesh = mesh_of(example, cells)
@@ -326,7 +330,7 @@ def equal_mesh(example: Example, scene: bob.Scene, direct: bob.GBuffer) -> MeshP
 
 
 def build(shape: bob.Implicit) -> bob.Scene:
-    """A scene of the shape, ready for its first ray, from the formula."""
+    """Build a scene of the shape, ready for its first ray, from the formula."""
     scene = bob.Scene(bob.Implicit(shape.expression, shape.bounds))
     assert scene.core
     return scene
@@ -400,7 +404,7 @@ def mesh_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer
 
 
 def sparse_scenes() -> dict[str, bob.Scene]:
-    """Of shapes whose rays are dear, and of those whose are cheap."""
+    """Return shapes with expensive rays and with cheap rays."""
     shapes = {name: vm_shape(name) for name in ("bear", "prospero", "tanglecube", "colonnade")}
     shapes |= {"gyroid": bob.implicit(gyroid), "CSG": solid()} | prepared()
     return {name: bob.Scene(shape) for name, shape in shapes.items() if shape is not None}
@@ -421,26 +425,26 @@ def main() -> None:
     columns = ["shape", "ms", f"{threads} threads", "1 thread", f"{threads} threads / 1", "unresolved rays"]
     rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
     table(columns, rows)
-    print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
+    print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; target: 60")
     wild = made(FORMULAS["Mandelbulb"]).instances[0].shape
     assert isinstance(wild, bob.Implicit)
     seconds = in_turn({"whole": lambda: bob.trace(build(wild), CAMERA, size=(242, 242))}, RIVAL_RUNS)["whole"]
-    print(f"Mandelbulb of two steps (docs/gallery.md), 242x242: {spread(seconds, 1, 2)} s; asked for: 1")
+    print(f"Mandelbulb of two steps (docs/gallery.md), 242x242: {spread(seconds, 1, 2)} s; target: 1")
 
     sparse_table("Implicit surfaces", sparse_scenes(), CAMERA)
 
-    heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
+    heading("Implicit surfaces and sphere tracing in numpy, one thread: millions of rays per second")
     ratios = [f"ours / numpy, {threads} threads", "1 thread"]
-    columns = ["shape", "steepest slope", "numpy", *ratios, "it misses", "it adds", "depth off by, in radii"]
+    columns = ["shape", "steepest slope", "numpy", *ratios, "misses", "adds", "depth error, radii"]
     table(columns, [numpy_row(*each) for each in zip(shapes, scenes, traces, strict=True)])
 
-    equal = f"Implicit surfaces beside a mesh whose picture is as good: gray within {EQUAL:.4f}"
+    equal = f"Implicit surfaces and a mesh of equal accuracy: gray within {EQUAL:.4f}"
     heading(f"{equal}, milliseconds, {threads} threads")
     columns = [
         "shape",
         "grid",
         "triangles",
-        "gray off by",
+        "gray error",
         "mesh, build and trace",
         "ours, build and trace",
         "mesh / ours",

@@ -1,7 +1,7 @@
-"""Rays from inside closed shapes, at edges and corners: those that meet no surface have leaked.
+"""Leaks of closed shapes: rays from inside, aimed at edges and corners, that miss every surface.
 
-Points inside are known without the tracer: of meshes by the winding number in float64, of formulas and NURBS by their
-dimensions. A ray from such a point meets a surface whatever its direction, so that no tolerance is needed.
+Points inside are known independently of the tracer: for meshes by the winding number in float64, for formulas and NURBS
+by their dimensions. A ray from inside must hit a surface in any direction, so no tolerance is needed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Aim = Callable[[np.random.Generator, int], F64]
 
 @dataclass
 class Target:
-    """A closed shape, points inside it (n, 3), and points to aim rays at, in its own units."""
+    """A closed shape, points (n, 3) inside it, and target points for rays, in the shape's units."""
 
     kind: str
     name: str
@@ -43,7 +43,7 @@ class Target:
 
 
 def winding(vertices: F64, triangles: NDArray[np.int32], point: F64) -> float:
-    """How often a closed mesh winds around a point: the sum of its triangles' solid angles."""
+    """Return the winding number of a closed mesh about a point: the sum of its triangles' solid angles over 4 π."""
     a, b, c = (vertices[triangles[:, corner]] - point for corner in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     dots = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
@@ -51,7 +51,7 @@ def winding(vertices: F64, triangles: NDArray[np.int32], point: F64) -> float:
 
 
 def is_closed(triangles: NDArray[np.int32]) -> bool:
-    """Whether each edge is met as often in one direction as in the other."""
+    """Return whether each edge occurs equally often in both directions."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     n = int(triangles.max()) + 1
     forth, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
@@ -59,7 +59,7 @@ def is_closed(triangles: NDArray[np.int32]) -> bool:
 
 
 def mesh_target(kind: str, name: str, mesh: bob.Mesh) -> Target | None:
-    """None if the mesh is not closed once equal vertices are joined, or no point inside was found."""
+    """Return None if the mesh is not closed after merging equal vertices, or if no point inside was found."""
     vertices, same = np.unique(mesh.vertices, axis=0, return_inverse=True)
     triangles = same.reshape(-1)[mesh.triangles].astype(np.int32)
     if not is_closed(triangles):
@@ -81,7 +81,7 @@ def mesh_target(kind: str, name: str, mesh: bob.Mesh) -> Target | None:
 
 
 def sliver_fan(thickness: float, seed: int) -> bob.Mesh:
-    """Two cones over one rim, whose points come in close pairs, turned at random."""
+    """Return two cones over one rim, with close pairs of points, rotated at random."""
     rng = np.random.default_rng(seed)
     angle = np.sort(rng.uniform(0, 2 * np.pi, 100))
     angle = np.sort(np.concatenate([angle, angle + thickness * rng.uniform(0.01, 1, 100)]))
@@ -96,7 +96,7 @@ def sliver_fan(thickness: float, seed: int) -> bob.Mesh:
 
 
 def meshes() -> list[Target]:
-    """Fans of slivers, and the closed ones of the files."""
+    """Return fans of slivers, and the closed meshes among the files."""
     fans = {f"slivers of {thin:.0e}": sliver_fan(thin, seed) for seed, thin in enumerate((1e-6, 1e-7, 1e-8, 1e-9))}
     found = [mesh_target("mesh", name, fan) for name, fan in fans.items()]
     for path in shape_files(*FILES):
@@ -108,20 +108,20 @@ def meshes() -> list[Target]:
 
 
 def formulas() -> list[Target]:
-    """Solids with edges; rays of any direction, from points that the formula has inside."""
+    """Return solids with edges, and rays in any direction from points inside."""
     drill = cylinder(0.25)
     solids = {
         "box": box(1),
         "ball and box": sphere(0.6) & box(0.9),
         "drilled": (sphere(1) & box(1.5)) - (drill.orient(X) | drill.orient(Y) | drill.orient(Z)),
     }
-    # Balls that lie within each solid, by its dimensions: centre and radius.
+    # Balls inside each solid, by its dimensions: centre and radius.
     balls = {"box": ((0, 0, 0), 0.49), "ball and box": ((0, 0, 0), 0.44), "drilled": ((0.5, 0.5, 0.5), 0.1)}
     return [Target("formula", name, bob.Scene(solid), *in_ball(*balls[name])) for name, solid in solids.items()]
 
 
 def in_ball(center: tuple[float, float, float], radius: float) -> tuple[F64, Aim]:
-    """Points in a ball, and points to aim at all around it, of which a third lie in the plane y = 0."""
+    """Return points in a ball, and targets all around it, a third of them in the plane y = 0."""
     rng = np.random.default_rng(0)
     way = rng.normal(size=(100, 3))
     inside = center + radius * rng.random((100, 1)) * way / np.linalg.norm(way, axis=1, keepdims=True)
@@ -137,7 +137,7 @@ def in_ball(center: tuple[float, float, float], radius: float) -> tuple[F64, Aim
 
 
 def splines() -> list[Target]:
-    """A ball of one rational surface, with a seam and two poles."""
+    """Return a ball of one rational surface, with a seam and two poles."""
     r = np.sqrt(0.5)
     circle = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)], float)
     half = np.array([(0, -1), (1, -1), (1, 0), (1, 1), (0, 1)], float)
@@ -149,7 +149,7 @@ def splines() -> list[Target]:
 
 
 def leaks(target: Target, count: int, seed: int) -> int:
-    """How many of so many rays from inside meet nothing."""
+    """Return the number of leaks of `count` rays from inside."""
     lost = 0
     rng = np.random.default_rng(seed)
     t = np.empty(BATCH, np.float32)

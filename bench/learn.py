@@ -1,9 +1,11 @@
-"""Learning on this machine: seconds to build the data set, milliseconds of a mini-batch from disk beside those of the
-training step that it feeds, minutes of an epoch, and memory.
+"""Cost of training on this machine.
+
+Seconds to build the data set, milliseconds of a mini-batch from disk and of its training step, minutes of an epoch, and
+memory.
 
     python bench/learn.py [--shapes 24]
 
-The data set and the epoch are reckoned from a part of them: so many of the 479 shapes, and so many steps.
+The data set and the epoch are extrapolated from some of the 479 shapes, and from some of the steps.
 """
 
 from __future__ import annotations
@@ -56,7 +58,7 @@ def main() -> None:
         network = NETWORKS[config.network].from_settings(asdict(config))
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         optimizer = OPTIMIZERS[config.optimizer][0](network, config)
-        steps = {"one mini-batch again and again": [batch] * STEPS, "mini-batches from disk": batches.stream()}
+        steps = {"one mini-batch repeated": [batch] * STEPS, "mini-batches from disk": batches.stream()}
         times: dict[str, list[float]] = {name: [] for name in steps}
         for name, source in steps.items():
             start = time.perf_counter()
@@ -86,7 +88,7 @@ def main() -> None:
             ]
             for name, seconds_each in times.items()
         ]
-        + [["memory at most", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB", ""]],
+        + [["peak memory", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB", ""]],
     )
 
 

@@ -1,7 +1,7 @@
-"""Implicit surfaces, traced directly, beside libfive's heightmaps, on one thread.
+"""Direct tracing of implicit surfaces compared with libfive's heightmaps, on one thread.
 
-There, intervals rule out blocks of voxels, and the formula is evaluated at each voxel that is left: depths are those of
-voxels, and what is thinner may be stepped over. Both give depths and normals. LIBFIVE names the folder of a libfive,
+libfive culls blocks of voxels by interval arithmetic and evaluates the formula at each remaining voxel: depths are
+rounded to voxels, and thinner details may be missed. Both give depths and normals. LIBFIVE names a folder of libfive
 with `include/` and its library; without it, this is skipped.
 """
 
@@ -28,7 +28,7 @@ CAMERAS = {"straight down": bob.Camera(azimuth=270, elevation=90), "oblique": bo
 FLAGS = ("-std=c++17", "-O3", "-march=native", "-DNDEBUG", "-DEIGEN_NO_DEBUG", "-I/usr/include/eigen3", "-rdynamic")
 
 # fmt: off
-NAMES = (  # in .vm files, of the core's operations in their order (core/formula/expression.h)
+NAMES = (  # in .vm files, for the core's operations in their order (core/formula/expression.h)
     "const", "var-x", "var-y", "var-z",
     "neg", "abs", "square", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "ln",
     "floor", "ceil", "round", "power",
@@ -54,12 +54,12 @@ def main() -> None:
             if shape is not None
             for view, camera in CAMERAS.items()
         ]
-    heading(f"Implicit surfaces beside libfive's heightmaps, {SIZE}x{SIZE}, one thread: milliseconds")
+    heading(f"Implicit surfaces and libfive's heightmaps, {SIZE}x{SIZE}, one thread: milliseconds")
     table(["shape", "seen", "ours", "libfive", "ours / libfive", "hits that differ", "unresolved rays"], rows)
 
 
 def build(home: Path, folder: Path) -> Path:
-    """Compile the program beside this script against that libfive."""
+    """Compile the program next to this script against that libfive."""
     program, source = folder / "libfive", Path(__file__).with_suffix(".cpp")
     library = next(home.rglob("libfive.so"))
     link = [str(library), f"-Wl,-rpath,{library.parent}"]
@@ -99,7 +99,7 @@ def row(name: str, view: str, scene: bob.Scene, camera: bob.Camera, program: Pat
 
 
 def lines_of(shape: bob.Implicit, scene: bob.Scene, camera: bob.Camera) -> Iterator[str]:
-    """A shape as a .vm file: turned so that the camera looks along -z, its bounding sphere within the cube -1..1."""
+    """Yield a shape as a .vm file, rotated for a camera along -z, with its bounding sphere in the cube -1..1."""
     for axis, center in zip("xyz", scene.center, strict=True):
         yield f"v{axis} var-{axis}"
         yield f"c{axis} const {center:.9g}"
@@ -119,7 +119,7 @@ def lines_of(shape: bob.Implicit, scene: bob.Scene, camera: bob.Camera) -> Itera
         if name == "const":
             yield f"n{i} const {value:.9g}"
         elif name.startswith("var"):
-            yield f"n{i} max p{name[-1]} p{name[-1]}"  # another name for it
+            yield f"n{i} max p{name[-1]} p{name[-1]}"  # a second name for it
         elif name == "hypot":
             yield from (f"a{i} square {a}", f"b{i} square {b}", f"c{i} add a{i} b{i}", f"n{i} sqrt c{i}")
         else:
@@ -129,7 +129,7 @@ def lines_of(shape: bob.Implicit, scene: bob.Scene, camera: bob.Camera) -> Itera
 
 
 def within(bounds: NDArray[np.float64], formula: str) -> Iterator[str]:
-    """The formula cut by a box."""
+    """Yield the formula cut by a box."""
     for axis, (low, high) in zip("xyz", bounds.T, strict=True):
         yield f"l{axis} const {low:.9g}"
         yield f"h{axis} const {high:.9g}"
@@ -141,15 +141,13 @@ def within(bounds: NDArray[np.float64], formula: str) -> Iterator[str]:
 
 
 def axes_of(camera: bob.Camera) -> NDArray[np.float64]:
-    """The camera's axes as columns: to the right and up in the picture, and towards the camera."""
+    """Return the camera's axes as columns: to the right and up in the picture, and towards the camera."""
     _, origin, direction = camera.core((0, 0, 0), 1).rays(3, 3, np.array(((1, 1), (1, 2), (0, 1)), np.int32))
     back = -direction[0].astype(np.float64)
     across = (origin[1:] - origin[0]).astype(np.float64)
     across -= (across @ back)[:, None] * back
     axes = np.column_stack([*(across / np.linalg.norm(across, axis=1, keepdims=True)), back])
-    return np.where(
-        np.abs(axes) < 1e-6, 0, axes
-    )  # exact where the camera looks along an axis, which libfive simplifies
+    return np.where(np.abs(axes) < 1e-6, 0, axes)  # exact for views along an axis, which libfive simplifies
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Light from few paths: some pixels with many each, completed along first hits, against all pixels with few, denoised.
+"""Light from few paths: some pixels with many paths, completed along first hits, against denoised full pictures.
 
 python bench/light.py [--paths 1 2 4 16] [--scenes tree bunny] [--lights sky studio]
 
-Every contender has as many paths for each pixel that shows a surface, and the same first hits. The truth has 512.
+Every contender has the same number of paths per surface pixel, and the same first hits. The reference has 512.
 """
 
 import argparse
@@ -34,45 +34,45 @@ SCENES = {
 }
 SIZE = (288, 384)
 SHARES = {1: 0.08, 2: 0.12, 4: 0.2, 8: 0.3, 16: 0.5}
-"""Of the pixels, by how many paths there are for a pixel of the picture."""
+"""Share of traced pixels, by number of paths per pixel of the picture."""
 
 LIGHTS: dict[str, tuple[LightLike, int]] = {"sky": ([bob.Sky()], 1), "studio": ("studio", 2)}
-"""And surfaces that a path meets: the first is ambient occlusion."""
+"""Maximum number of surfaces on a path: 1 is ambient occlusion."""
 
 
 def seen(
     scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 0, size: Size = SIZE, apart: bool = False
 ) -> LitTracer:
-    """The tracer of so many paths a pixel."""
+    """Return the tracer with `paths` paths per pixel."""
     lights, bounces = LIGHTS[light]
     return LitTracer(scene, camera, size, lights, paths=paths, bounces=bounces, seed=seed, apart=apart)
 
 
 def shown(gray: F32) -> F32:
-    """As displays show it: errors count as people see them."""
+    """Encode as displayed, so that errors are perceptual."""
     displayed: F32 = np.clip(gray, 0, 1) ** np.float32(1 / 2.2)
     return displayed
 
 
 def ours(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
-    """A share of the pixels, completed along first hits."""
+    """Trace a share of the pixels, and complete them along first hits."""
     share = SHARES[paths]
     part = traced_light(seen(scene, camera, light, round(paths / share), seed), share, "default", seed, None)
     return luminance(smoothed(part, complete_guided(part, "color"))[0])
 
 
 def whole(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> GBuffer:
-    """All pixels, each of them with paths through all of it."""
+    """Trace all pixels, with paths over the whole area of each."""
     return traced_light(seen(scene, camera, light, paths, seed, apart=True), 1.0, "lattice", seed, None)
 
 
 def along_guides(part: GBuffer) -> F32:
-    """All pixels along the same guides, as a noisy picture is completed."""
+    """Denoise all pixels along the same guides, as a noisy picture is completed."""
     return complete_guided(part, "gray")
 
 
 def bilateral(part: GBuffer, reach: int = 6, sigmas: tuple[float, float, float] = (0.15, 0.01, 3.5)) -> F32:
-    """A plain cross-bilateral filter of 13 x 13 pixels: by normal, depth and distance."""
+    """Apply a plain cross-bilateral filter of 13 x 13 pixels, by normal, depth and distance."""
     guides = part.guides
     assert guides is not None
     gray, divisor = part.gray, np.maximum(luminance(guides.albedo), 0.02)
@@ -103,7 +103,7 @@ def denoised(part: GBuffer) -> F32:
 
 
 def half_resolution(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
-    """A quarter of the pixels with four times the paths, enlarged by light along the same guides."""
+    """Trace a quarter of the pixels with four times the paths, and upsample them along the same guides."""
     part = traced_light(
         seen(scene, camera, light, 4 * paths, seed, (SIZE[0] // 2, SIZE[1] // 2)), 1.0, "lattice", seed, None
     )

@@ -1,7 +1,7 @@
-"""How long an edit takes: a fresh clone of the last commit is built, edited and tested.
+"""Time of an edit: a fresh clone of the last commit is built, edited and tested.
 
-The limits hold on two cores that do nothing else; CPU seconds hold on a busy machine too. The clone and its environment
-are removed afterwards.
+The limits hold on two otherwise idle cores; CPU seconds hold on a busy machine too. The clone and its environment are
+removed afterwards.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ PYTHON, PYTHON_TEST = "src/bobrossnet/pictures/upright.py", "tests/test_order.py
 
 
 def cpu() -> float:
-    """CPU seconds of all commands so far."""
+    """Return the CPU seconds of all child processes so far."""
     spent = resource.getrusage(resource.RUSAGE_CHILDREN)
     return spent.ru_utime + spent.ru_stime
 
 
 def run(folder: Path, *commands: str) -> tuple[str, str]:
-    """Seconds and CPU seconds that shell commands take in a folder; ends the program if one fails."""
+    """Return the seconds and CPU seconds of shell commands in a folder; exit if one fails."""
     start, before = time.perf_counter(), cpu()
     for command in commands:
         done = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True)
@@ -36,13 +36,13 @@ def run(folder: Path, *commands: str) -> tuple[str, str]:
 
 
 def compiled(folder: Path) -> int:
-    """How many steps ninja has made in a clone."""
+    """Return the number of steps that ninja has made in a clone."""
     log = folder / "build/native/.ninja_log"
     return len(log.read_text("utf-8").splitlines()) if log.is_file() else 0
 
 
 def touched(file: Path) -> None:
-    """A comment more at a file's end."""
+    """Append a comment to a file."""
     mark = "//" if file.suffix == ".cpp" else "#"
     file.write_text(f"{file.read_text('utf-8')}{mark} edited at {time.time()}\n", "utf-8")
 

@@ -1,7 +1,7 @@
-"""Scenes of Mitsuba's own dictionaries, for what other people's tracers are measured on: from soft light to mirrors.
+"""Mitsuba scenes for measuring foreign tracers, from soft light to mirrors.
 
-The constants of completing along guides (core/completion/guided.cpp) were chosen on `TUNED`, in perspective; `HELD_OUT`
-are for what they are worth elsewhere, so nothing is ever chosen by them.
+The constants of guided completion (core/completion/guided.cpp) were tuned on `TUNED`, in perspective. `HELD_OUT`
+measures how they generalise, so no constant is ever tuned on it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from report import MODELS
 
 SIZE = (360, 480)
 DEPTH = 8
-"""Of paths."""
+"""Maximum number of surfaces on a path."""
 
 LOOKS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], float]] = {
     "Cornell box": ((0, 0, 3.9), (0, 0, 0), 39.3),
@@ -26,11 +26,11 @@ LOOKS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], f
     "rods": ((1.6, 1.9, 4.6), (0, 0.75, 0), 36),
     "scans": ((0.4, 1.6, 3.4), (0, 0.42, 0), 32),
 }
-"""Where each camera stands, where it looks, and the angle of the picture's width in degrees."""
+"""Position, target, and horizontal field of view in degrees of each camera."""
 
 
 def scene(name: str, *, orthographic: bool = False, size: tuple[int, int] = SIZE) -> Any:
-    """A scene in Mitsuba's current variant, seen in perspective or by parallel rays over about the same width."""
+    """Return a scene in Mitsuba's current variant, in perspective or by parallel rays over about the same width."""
     import mitsuba as mi
 
     position, target, fov = LOOKS[name]
@@ -50,7 +50,7 @@ def scene(name: str, *, orthographic: bool = False, size: tuple[int, int] = SIZE
 
 
 def cornell_box() -> dict[str, Any]:
-    """Mitsuba's own, with a ball of glass and one of metal instead of its boxes."""
+    """Mitsuba's Cornell box, with a ball of glass and one of metal instead of its boxes."""
     import mitsuba as mi
 
     box = mi.cornell_box()
@@ -123,7 +123,7 @@ def textured_mesh() -> dict[str, Any]:
 
 
 def metal() -> dict[str, Any]:
-    """Balls of metal from polished to rough, lit by nothing but their surroundings, which are seen as well."""
+    """Balls of metal from polished to rough, lit by visible surroundings alone."""
     import mitsuba as mi
 
     row, column = np.indices((256, 512))
@@ -150,7 +150,7 @@ def metal() -> dict[str, Any]:
 
 
 def still_life() -> dict[str, Any]:
-    """Glass before diffuse bodies on a table, a wall of bricks behind them, and one lamp."""
+    """Glass in front of diffuse bodies on a table, with a brick wall behind, and one lamp."""
     import mitsuba as mi
 
     rng = np.random.default_rng(1)
@@ -178,7 +178,7 @@ def still_life() -> dict[str, Any]:
 
 
 def plastic_and_metal() -> dict[str, Any]:
-    """Rows of balls and cubes, by turns of rough metal and of plastic, on tiles under a sky with a sun."""
+    """Rows of balls and cubes, alternately of rough metal and of plastic, on tiles under a sky with a sun."""
     import mitsuba as mi
 
     up, around = (np.indices((128, 256)).astype(np.float32).T / (128, 256)).T
@@ -204,7 +204,7 @@ def plastic_and_metal() -> dict[str, Any]:
 
 
 def rods() -> dict[str, Any]:
-    """A cage of thin white rods in a corner of coloured walls, which bleed onto it."""
+    """A cage of thin white rods in a corner of coloured walls, with colour bleeding."""
     made = {}
     for i in range(9):
         for j in range(9):
@@ -227,11 +227,11 @@ def rods() -> dict[str, Any]:
 
 
 def scans() -> dict[str, Any]:
-    """Scanned things: a rabbit of plastic, a cat of stone and a banana with its photographs, on a cloth."""
+    """Scans: a rabbit of plastic, a cat of stone and a banana with photographic texture, on a cloth."""
     import mitsuba as mi
 
     def placed(file: str, size: float, at: tuple[float, float, float], turn: float, tilt: float = 0) -> dict[str, Any]:
-        """A file, so many times as large, turned upright and about the vertical."""
+        """Return a file's mesh, scaled, turned upright and rotated about the vertical."""
         place = mi.ScalarTransform4f().translate(list(at)).rotate([0, 1, 0], turn).scale(size).rotate([1, 0, 0], tilt)
         return {"type": file.rpartition(".")[2], "filename": str(MODELS / file), "to_world": place}
 
@@ -287,7 +287,7 @@ def block(center: tuple[float, float, float], half: tuple[float, float, float]) 
 
 
 def sheet(center: tuple[float, float, float], size: tuple[float, float], faces: str) -> dict[str, Any]:
-    """A rectangle that faces up, down, front (z) or right (x)."""
+    """Return a rectangle facing up, down, front (z) or right (x)."""
     import mitsuba as mi
 
     turns = {"up": ([1, 0, 0], -90), "down": ([1, 0, 0], 90), "front": ([1, 0, 0], 0), "right": ([0, 1, 0], 90)}
@@ -311,7 +311,7 @@ def with_bsdf(bsdf: Any) -> Any:
 
 
 def knot(along: int, across: int) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
-    """A trefoil's vertices, texture coordinates and triangles; seams have their vertices twice."""
+    """Return a trefoil's vertices, texture coordinates and triangles, with vertices duplicated along seams."""
     t, s = np.meshgrid(np.linspace(0, 1, along + 1), np.linspace(0, 1, across + 1), indexing="ij")
     angle = 2 * np.pi * t
 

@@ -1,7 +1,6 @@
-"""Pictures whose camera moves, at 640x480: beside smaller ones in the same time; what carrying samples along costs, and
-what it is worth on orbits.
+"""Pictures with a moving camera, at 640x480, compared with smaller pictures in the same time.
 
-Meshes of other people join the built-in shapes where their folder is there.
+Also the cost of reprojecting samples, and its gain on orbits. Meshes from the folder of models are added if it exists.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ LEVELS = 5
 ORBIT = 30  # frames
 VIEWS = 3
 GEAR = Path(__file__).parents[1] / "examples" / "gear.sdf"
-SAME_SURFACE = 0.01  # of depth, between two pictures of a point: a pixel or so
+SAME_SURFACE = 0.01  # maximum difference of depth between two pictures of a point: about a pixel
 
 
 def scenes() -> dict[str, bob.Scene]:
@@ -56,7 +55,7 @@ def scenes() -> dict[str, bob.Scene]:
 
 
 def uncovered(before: bob.GBuffer, camera_before: _core.Camera, now: bob.GBuffer, camera: _core.Camera) -> Mask:
-    """Which pixels show a surface that another camera's picture of the same scene did not."""
+    """Return a mask of disoccluded pixels: their surface is absent from another camera's picture of the scene."""
     hit = now.depth > 0
     at = np.column_stack([*np.nonzero(hit), now.depth[hit]]).astype(np.float32)
     row, column, depth = camera_before.seen(*SIZE, camera.points(*SIZE, at)).T
@@ -70,8 +69,10 @@ def uncovered(before: bob.GBuffer, camera_before: _core.Camera, now: bob.GBuffer
 
 
 def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[float]:
-    """Of pictures with samples carried along, then of new pixels alone, and of as many in the order `lattice`: SSIM,
-    flicker in gray levels, and by how many gray levels uncovered pixels are wrong."""
+    """Return SSIM, flicker in gray levels, and the error of disoccluded pixels in gray levels.
+
+    For pictures with reprojected samples, then for new pixels alone, then for the same number in the order `lattice`.
+    """
     view = bob.View(scene, size=SIZE)
     found, before = [], None
     for k in range(FRAMES):
@@ -99,7 +100,7 @@ def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[flo
 
 
 def costs(scene: bob.Scene) -> dict[str, float]:
-    """Milliseconds of one thread for each step of a frame, medians, after a picture that was traced whole."""
+    """Return the milliseconds of one thread for each step of a frame, medians, after a wholly traced picture."""
     history, layout = _core.History(SHADED_ANEW.core, *SIZE), SHADED_ANEW
     camera = bob.Camera()
     tracer = bob.SceneTracer(scene, camera, SIZE, layout)
@@ -116,11 +117,11 @@ def costs(scene: bob.Scene) -> dict[str, float]:
     for k in range(1, 16):
         start = time.thread_time()
         history.add(tracer.camera_in_core, planes)
-        timed("take over", start)
+        timed("store", start)
         tracer = bob.SceneTracer(scene, bob.Camera(azimuth=30 + 2 * k), SIZE, layout)
         start = time.thread_time()
         history.expect(tracer.camera_in_core, expected, off_center, scene.core)
-        timed("carry along", start)
+        timed("reproject", start)
         planes = np.zeros_like(planes)
         start = time.thread_time()
         order.begin(k)
@@ -133,8 +134,10 @@ def costs(scene: bob.Scene) -> dict[str, float]:
 def smaller(
     scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], clock: Clock
 ) -> list[tuple[float, float, float]]:
-    """Of pictures of all, half, a quarter … of the resolution: milliseconds to trace them, and SSIM when they are
-    enlarged, bilinearly and along edges, which takes no time here."""
+    """Return milliseconds and SSIM of pictures at all, half, a quarter … of the resolution.
+
+    They are traced, then upsampled bilinearly and along edges, at no cost here.
+    """
     found = []
     for level in range(LEVELS):
         times = []
@@ -151,7 +154,7 @@ def smaller(
 def in_time(
     scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], ms: float, clock: Clock
 ) -> tuple[float, float, float]:
-    """At the end of an orbit of pictures of so many milliseconds: SSIM, what they took, and the share of the pixels."""
+    """Return SSIM, milliseconds and share of pixels at the end of an orbit with a time budget per picture."""
     view, frames = bob.View(scene, size=SIZE), []
     for k in range(ORBIT):
         before = bob.Camera(azimuth=camera.azimuth - STEPS[0] * (ORBIT - 1 - k), elevation=camera.elevation)
@@ -203,7 +206,7 @@ def main() -> None:
 def print_costs(shown: dict[str, bob.Scene]) -> None:
     threads = bob.thread_count()
     bob.set_thread_count(1)
-    heading("Carrying samples along, 640x480, orbit of 2° a frame: milliseconds of one thread")
+    heading("Reprojection, 640x480, orbit of 2° a frame: milliseconds of one thread")
     rows = {name: costs(scene) for name, scene in shown.items()}
     names = list(next(iter(rows.values())))
     table(["scene", *names], [[name, *(f"{row[each]:.1f}" for each in names)] for name, row in rows.items()])
@@ -211,12 +214,12 @@ def print_costs(shown: dict[str, bob.Scene]) -> None:
 
 
 def print_orbits(shown: dict[str, bob.Scene]) -> None:
-    ways = ("anew", "lattice")
+    ways = ("new alone", "lattice")
     columns = ["degrees a frame", "new pixels", "SSIM", *ways, "flicker", *ways, "uncovered", *ways]
     for first, what in ((0.02, "from nothing"), (1.0, "from an exact picture")):
         heading(
-            f"Orbits at 640x480, {what}, with samples carried along and with new pixels alone: means of frames "
-            f"{COUNTED.start} to {COUNTED[-1]}; flicker, and how wrong uncovered pixels are, in gray levels"
+            f"Orbits at 640x480, {what}, with reprojected samples and with new pixels alone: means of frames "
+            f"{COUNTED.start} to {COUNTED[-1]}; flicker and the error of uncovered pixels in gray levels"
         )
         cells = []
         for step in STEPS:

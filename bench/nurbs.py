@@ -1,7 +1,7 @@
-"""NURBS traced directly, beside what people do instead: tessellate them, and trace the triangles with Embree.
+"""Direct tracing of NURBS, compared with tessellation and Embree on the triangles.
 
-The mesh is one of equal silhouette: it stays within half a pixel of the surface in a picture of 2048 x 2048, and is as
-coarse as that allows. Quality stands beside speed: how far off the mesh is, and how many pixels see something else.
+The mesh has an equal silhouette: it stays within half a pixel of the surface in a picture of 2048 x 2048, and is as
+coarse as this allows. Quality is reported next to speed: the distance of the mesh, and the number of wrong pixels.
 """
 
 from __future__ import annotations
@@ -51,20 +51,20 @@ Triangles = NDArray[np.int32]
 class Tessellation:
     name: str
     evaluate: Callable[[], F64]
-    """The vertices, (V, 3): all that is timed of tessellating."""
+    """The vertices, (V, 3); only their evaluation is timed."""
     triangles: Triangles
-    seconds: float  # it took to choose parameters and triangles
+    seconds: float  # to choose parameters and triangles
     in_core: Callable[[], object] | None = None
-    """What the core does of evaluating faces."""
+    """The core's evaluation of faces."""
 
 
 def fine_grid(n: int) -> NDArray[np.int64]:
-    """Indices (n, 5) of the samples of each of n cells: four steps a cell, both ends included."""
+    """Return indices (n, 5) of the samples of each of n cells: four steps a cell, both ends included."""
     return 4 * np.arange(n)[:, None] + np.arange(5)
 
 
 def from_chords(points: F64) -> F64:
-    """Distances of samples (..., 5, 3) from the line through their first and last."""
+    """Return distances of samples (..., 5, 3) from the line through the first and last."""
     chord = points[..., -1:, :] - points[..., :1, :]
     length = np.linalg.norm(chord, axis=-1, keepdims=True)
     along = chord / np.where(length > 0, length, 1)
@@ -74,12 +74,14 @@ def from_chords(points: F64) -> F64:
 
 
 def from_planes(points: F64) -> F64:
-    """How far the samples (n, m, 5, 5, 3) of cells are, at most, from the planes of the cell's two triangles, which
-    share the diagonal from its first corner to its last; (n, m)."""
+    """Return the maximum distance of the samples (n, m, 5, 5, 3) of cells from the planes of the cell's two triangles.
+
+    The triangles share the diagonal from the cell's first corner to its last. Returns (n, m).
+    """
     first, last = points[:, :, 0, 0], points[:, :, -1, -1]
     normals = [np.cross(points[:, :, -1, 0] - first, last - first), np.cross(last - first, points[:, :, 0, -1] - first)]
     lengths = [np.linalg.norm(normal, axis=-1, keepdims=True) for normal in normals]
-    flat = 1e-6 * (lengths[0] + lengths[1])  # as at poles: there the other triangle is all of the cell
+    flat = 1e-6 * (lengths[0] + lengths[1])  # as at poles, where the other triangle covers the whole cell
     usable = [length > flat for length in lengths]
     unit = [
         np.where(ok, n, 0) / np.where(ok, length, 1) for n, length, ok in zip(normals, lengths, usable, strict=True)
@@ -100,9 +102,11 @@ class Span:
         self.face, self.u, self.v = face, u, v
 
     def cells(self, n_u: int, n_v: int) -> tuple[float, NDArray[np.bool_]]:
-        """How far the surface is from the triangles, measured at 5 x 5 points of each cell; and which cells (n_u, n_v)
-        are better cut from their second corner than from their first. Along the borders of the face it is the distance
-        from the chords that counts."""
+        """Return the maximum distance of the surface from the triangles, and the cells to cut along the other diagonal.
+
+        It is measured at 5 x 5 points of each cell; along the face's borders it is the distance from the chords. The
+        mask, (n_u, n_v), is true for cells that are better cut from their second corner than from their first.
+        """
         surface = self.face.points(np.linspace(*self.u, 4 * n_u + 1)[:, None], np.linspace(*self.v, 4 * n_v + 1))
         points = surface[fine_grid(n_u)[:, None, :, None], fine_grid(n_v)[None, :, None, :]]
         one, other = from_planes(points), from_planes(points[:, :, ::-1])
@@ -121,10 +125,10 @@ class Span:
         return max(float(np.minimum(one, other).max()), *chords, 0.0), other < one
 
     def fewest(self, tolerance: float) -> tuple[int, int]:
-        """(n_u, n_v) of about the fewest cells within the tolerance.
+        """Return (n_u, n_v) of about the fewest cells within the tolerance.
 
-        In the proportions that second derivatives ask for (Filip, Magedson and Markot, *Surface algorithms using bounds
-        on derivatives*, 1986), and from there step by step; whether it suffices is measured.
+        The proportions follow from second derivatives (Filip, Magedson and Markot, *Surface algorithms using bounds on
+        derivatives*, 1986). From there the counts grow step by step, with the distance measured.
         """
         at_u, at_v = np.linspace(*self.u, 9)[:, None], np.linspace(*self.v, 9)
         by = self.face.derivatives(at_u, at_v, 2)
@@ -161,7 +165,7 @@ class Span:
 
 
 def spans(face: bob.Face) -> list[list[Span]]:
-    """Of each span of u, those of v."""
+    """Return the spans of v within each span of u."""
     (u0, u1), (v0, v1) = face.domain
     knots_u, knots_v = (np.unique(knots) for knots in (face.knots_u, face.knots_v))
     knots_u, knots_v = knots_u[(u0 <= knots_u) & (knots_u <= u1)], knots_v[(v0 <= knots_v) & (knots_v <= v1)]
@@ -169,7 +173,7 @@ def spans(face: bob.Face) -> list[list[Span]]:
 
 
 def untrimmed(face: bob.Face, tolerance: float) -> Iterator[tuple[F64, Triangles]]:
-    """Parameters (n, 2) and triangles of each span by itself."""
+    """Yield parameters (n, 2) and triangles of each span separately."""
     for row in spans(face):
         for span in row:
             n_u, n_v = span.fewest(tolerance)
@@ -184,7 +188,7 @@ def untrimmed(face: bob.Face, tolerance: float) -> Iterator[tuple[F64, Triangles
 
 
 def curve_points(curve: TrimCurve, t: F64) -> F64:
-    """(n, 2) at parameters (n,), by A4.1 of *The NURBS Book*."""
+    """Return points (n, 2) at parameters (n,), by A4.1 of *The NURBS Book*."""
     at, values = _core.basis_derivatives(curve.degree, curve.knots, t, 0)
     near = _core.homogeneous(with_weights(curve.control_points, curve.weights))[
         at[:, None] + np.arange(-curve.degree, 1)
@@ -195,7 +199,7 @@ def curve_points(curve: TrimCurve, t: F64) -> F64:
 
 
 def outlines(face: bob.Face, tolerance: float) -> list[F64]:
-    """The loops as polygons (n, 2), with as many corners on each span of a curve as its chords in space need."""
+    """Return the loops as polygons (n, 2), with enough corners on each span of a curve for its chords in space."""
     low, high = np.transpose(face.domain)
 
     def within(curve: TrimCurve, t: F64) -> F64:
@@ -221,8 +225,11 @@ def outlines(face: bob.Face, tolerance: float) -> list[F64]:
 
 
 def trimmed(face: bob.Face, tolerance: float) -> tuple[F64, Triangles]:
-    """Parameters (n, 2) and triangles: Delaunay's of the polygons' corners and of a grid within them, the polygons'
-    sides halved until all are sides of triangles."""
+    """Return parameters (n, 2) and triangles of a trimmed face.
+
+    They are the Delaunay triangles of the polygons' corners and of a grid inside, with the polygons' sides halved until
+    each is a side of a triangle.
+    """
     counts = [[span.fewest(tolerance) for span in row] for row in spans(face)]
     lines, units = [], []
     by_axis: tuple[Any, Any] = counts, list(zip(*counts, strict=True))
@@ -272,14 +279,17 @@ def trimmed(face: bob.Face, tolerance: float) -> tuple[F64, Triangles]:
     triangles = triangles[inside(points[triangles].mean(axis=1))]
     across, beside = (points[triangles[:, i]] - points[triangles[:, 0]] for i in (1, 2))
     area = across[:, 0] * beside[:, 1] - across[:, 1] * beside[:, 0]
-    triangles = triangles[np.abs(area) > 1e-7]  # corners along a straight border may make triangles of their own
+    triangles = triangles[np.abs(area) > 1e-7]  # corners along a straight border may form degenerate triangles
     unscaled = [np.interp(points[:, i], units[i], lines[i]) for i in range(2)]
     return np.stack(unscaled, axis=1), triangles.astype(np.int32)
 
 
 def tessellate(scene: bob.Scene) -> Tessellation:
-    """A mesh of a scene's faces. Neighbouring spans and faces need not match: their borders differ by up to twice the
-    tolerance, which a real tessellator has to stitch."""
+    """Return a mesh of a scene's faces.
+
+    Neighbouring spans and faces need not match: their borders differ by up to twice the tolerance, which a real
+    tessellator has to stitch.
+    """
     start = time.perf_counter()
     parameters: list[tuple[bob.Face, Any, F64]] = []
     triangles, count = [], 0
@@ -319,20 +329,23 @@ def tessellate(scene: bob.Scene) -> Tessellation:
 
     corners = np.concatenate(triangles)
     same = same_place(evaluate())[1][corners]
-    proper = (same != np.roll(same, 1, axis=1)).all(axis=1)  # triangles at poles may be only lines
+    proper = (same != np.roll(same, 1, axis=1)).all(axis=1)  # triangles at poles may be degenerate
     return Tessellation("equal", evaluate, corners[proper], time.perf_counter() - start, in_core)
 
 
 def same_place(points: F64) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which points to keep of those at the same place, and which of these stands for each."""
+    """Return the points to keep among equal points, and each point's representative."""
     rounded = np.round(points / (1e-9 * np.abs(points).max()))
     _, kept, inverse = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     return kept, inverse.reshape(-1)
 
 
 def tessellate_tube(scene: bob.Scene) -> Tessellation:
-    """Rings of n corners, m of them for each span of the curve, so that their chords, around and along, together stay
-    within the tolerance and there are the fewest. The curve must not turn upwards or downwards; its ends stay open."""
+    """Tessellate a tube by m rings of n corners for each span of the curve, with the fewest vertices.
+
+    The chords along and around the tube together stay within the tolerance. The curve must not turn vertical; its ends
+    stay open.
+    """
     start = time.perf_counter()
     tube = scene.instances[0].shape
     assert isinstance(tube, bob.Tube)
@@ -366,7 +379,7 @@ def tessellate_tube(scene: bob.Scene) -> Tessellation:
 
     def evaluate() -> F64:
         center, tangent = derivatives(t).transpose(1, 0, 2)
-        if tube.degree == 1:  # rings stand between the segments that they join
+        if tube.degree == 1:  # rings lie between the segments that they join
             along = np.diff(center, axis=0)
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             tangent = np.concatenate([along[:1], along[:-1] + along[1:], along[-1:]])
@@ -434,7 +447,7 @@ def in_unit_sphere(scene: bob.Scene, points: F64) -> F32:
 
 
 def merged(mesh: Tessellation) -> tuple[F64, Triangles]:
-    """Vertices and triangles, what stands at the same place only once."""
+    """Return vertices and triangles with equal vertices merged."""
     points = mesh.evaluate()
     kept, same = same_place(points)
     used, within = np.unique(same[mesh.triangles], return_inverse=True)
@@ -445,8 +458,10 @@ def merged(mesh: Tessellation) -> tuple[F64, Triangles]:
 
 
 def distances(scene: bob.Scene, vertices: F64, triangles: Triangles, count: int = 100_000) -> F64:
-    """From points all over a mesh to the surface along the triangles' normals, both ways, in pixels of the large
-    picture; where there is none within four pixels, inf."""
+    """Return distances from random points of a mesh to the surface, in pixels of the large picture.
+
+    They are measured along the triangles' normals, in both directions; inf for no hit within four pixels.
+    """
     rng = np.random.default_rng(0)
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -513,7 +528,7 @@ def resident_bytes() -> int:
 
 
 def embree_growth(vertices: F32, triangles: Triangles) -> float:
-    """Bytes by which the process grows with each of many equal scenes in Embree, after the first few."""
+    """Return the growth of the process in bytes for each of many equal scenes in Embree, after the first few."""
     device = EmbreeDevice()
     scenes = [build_embree(vertices, triangles, device) for _ in range(COPIES)]
     before = resident_bytes()
@@ -524,7 +539,7 @@ def embree_growth(vertices: F32, triangles: Triangles) -> float:
 def memory_row(example: Example, mesh: Tessellation) -> list[str]:
     vertices, triangles = merged(mesh)
     points = in_unit_sphere(example.scene, vertices)
-    with multiprocessing.get_context("spawn").Pool(1) as child:  # a process whose memory nothing else has touched
+    with multiprocessing.get_context("spawn").Pool(1) as child:  # a process with untouched memory
         embree = child.apply(embree_growth, (points, triangles))
     ours = sum(shape.core.bytes for shape in {id(i.shape): i.shape for i in example.scene.instances}.values())
     arrays = points.nbytes + triangles.nbytes
@@ -543,7 +558,7 @@ def memory_row(example: Example, mesh: Tessellation) -> list[str]:
 
 
 def rebuilt(scene: bob.Scene) -> bob.Scene:
-    """The scene again, of shapes that have not been built."""
+    """Return the scene with shapes that have not been built."""
 
     def fresh(shape: Any) -> bob.Brep | bob.Tube:
         if isinstance(shape, bob.Brep):
@@ -597,20 +612,20 @@ def main() -> None:
     shown = [(example, mesh) for example in examples() for mesh in example.meshes]
     threads = bob.thread_count()
 
-    heading("NURBS beside meshes: how good the meshes are, in pixels of 2048 x 2048")
-    columns = ["shape", "mesh", "triangles", "vertices", "off by, median", "at most", "beside the surface"]
+    heading("NURBS and meshes: accuracy of the meshes, in pixels of 2048 x 2048")
+    columns = ["shape", "mesh", "triangles", "vertices", "off by, median", "maximum", "off the surface"]
     table([*columns, "pixels that differ", "seconds to choose"], [quality_row(*each) for each in shown])
 
-    heading("NURBS beside meshes in Embree, one thread: millions of rays per second")
+    heading("NURBS and meshes in Embree, one thread: millions of rays per second")
     rows = [row for each in shown for row in speed_rows(*each)]
     table(["shape", "mesh", "rays", "ours", "Embree", "ours / Embree", "hits that differ"], rows)
-    print("\nasked for: ours / Embree of 0.75 for the rays of a camera, and of 0.25 for others")
+    print("\ntarget: ours / Embree of 0.75 for the rays of a camera, and of 0.25 for others")
 
     sparse_table("NURBS", {example.name: example.scene for example, mesh in shown if mesh.name == "equal"}, CAMERA)
-    print("\nasked for: 1.5 times a dense ray at 5 %, and 1.3 at 25 %")
+    print("\ntarget: 1.5 times a dense ray at 5 %, and 1.3 at 25 %")
 
     if Path("/proc/self/statm").exists():
-        heading("NURBS beside meshes in Embree: KiB")
+        heading("NURBS and meshes in Embree: KiB")
         columns = [
             "shape",
             "mesh",
@@ -621,9 +636,9 @@ def main() -> None:
             "normals, if any",
         ]
         table([*columns, "bob.Mesh"], [memory_row(*each) for each in shown])
-        print("\nasked for: less than Embree")
+        print("\ntarget: less than Embree")
 
-    heading(f"NURBS beside meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
+    heading(f"NURBS and meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
     columns = [
         "shape",
         "mesh",
@@ -638,10 +653,10 @@ def main() -> None:
     with ThreadPoolExecutor(threads) as pool:
         rows = [picture_row(*each, pool) for each in shown]
     table([*columns, "ours / mesh", "shaded, by bob.Mesh", "ours / shaded"], rows)
-    print("\nasked for: sooner than the mesh")
+    print("\ntarget: sooner than the mesh")
     for row in rows:
         if row[0] == "newell_teapot":
-            print(f"\nTeapot, every pixel, {threads} threads: {row[3]} ms; asked for: 80")
+            print(f"\nTeapot, every pixel, {threads} threads: {row[3]} ms; target: 80")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""What a picture costs: whole calls of `bob.trace` and `bob.complete`, their milliseconds next to their errors.
+"""Cost of a picture: the milliseconds of `bob.trace` and `bob.complete`, next to their errors.
 
-Each order of pixels at shares of the pixels, and smaller pictures, enlarged along their edges, which is not counted as
-time. Scenes are of every kind; their runs alternate. Wall time counts, or, with `--cpu`, the process' own time on one
-thread, for machines that are busy with other work. `--quick` takes five scenes and fewer runs.
+For each pixel order at several shares of the pixels, and for smaller pictures, upsampled along edges at no cost. The
+scenes are of every kind; runs alternate. Times are wall time, or, with `--cpu`, the process' CPU time on one thread,
+for busy machines. `--quick` takes five scenes and fewer runs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LATTICE_SHARES = (*SHARES, 0.4)
 SCALES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 """Sides of the smaller pictures."""
 BUDGETS = (0.1, 0.2, 0.3, 0.5)
-"""Shares of the time of all pixels at which errors are compared."""
+"""Times at which errors are compared, as shares of the time of all pixels."""
 ORDERS = ("priority", "adaptive", "squares", "lattice")
 SMALLER = "smaller picture"
 Times: TypeAlias = dict[str, float]
@@ -39,7 +39,7 @@ QUICK = ("tanglecube", "CSG", "ducky", "happy tree", "barkour_body")
 
 @dataclass(frozen=True)
 class Point:
-    """A way to make the picture, and what comes of it."""
+    """A method of making the picture, with its errors."""
 
     way: str
     share: float  # of the pixels
@@ -53,7 +53,7 @@ class Point:
 
 
 def scenes(names: Sequence[str]) -> Iterator[tuple[str, bob.Scene]]:
-    """Scenes of every kind, as far as their files are there. Dear are bear, prospero, colonnade and conference_room."""
+    """Yield scenes of every kind whose files exist. Expensive: bear, prospero, colonnade and conference_room."""
     made: dict[str, Callable[[], bob.SceneLike]] = {"CSG": solid, "happy tree": bob.happy_tree}
     files = (
         "implicit/bear.vm",
@@ -84,7 +84,7 @@ def traced_and_completed(scene: bob.Scene, camera: bob.Camera, share: float, ord
 
 
 def points(scene: bob.Scene, camera: bob.Camera, full: bob.GBuffer) -> list[Point]:
-    """All ways at all shares, with their errors."""
+    """Return all methods at all shares, with their errors."""
     result = []
     for order in ORDERS:
         for share in SHARES if order != "lattice" else LATTICE_SHARES:
@@ -100,7 +100,7 @@ def points(scene: bob.Scene, camera: bob.Camera, full: bob.GBuffer) -> list[Poin
 
 
 def error_at(ms: float, times: Sequence[float], errors: Sequence[float]) -> float:
-    """The error of a way after so many milliseconds, its logarithm interpolated between shares; 1 before the first."""
+    """Return a method's error after `ms`, with its logarithm interpolated between shares; 1 before the first."""
     if ms < times[0]:
         return 1
     return float(np.exp(np.interp(ms, times, np.log(np.maximum(errors, 1e-6)))))
@@ -109,7 +109,7 @@ def error_at(ms: float, times: Sequence[float], errors: Sequence[float]) -> floa
 def milliseconds(
     scene: bob.Scene, camera: bob.Camera, ways: Sequence[Point], threads: int, runs: int, cpu: bool
 ) -> Times:
-    """Medians of all pixels, "all", and of each way, by its name and its share."""
+    """Return medians for all pixels, "all", and for each method, by name and share."""
     rivals: dict[str, Callable[[], object]] = {"all": partial(bob.trace, scene, camera, size=SIZE)}
     rivals |= {p.name: p.make for p in ways}
     if threads == 1:
@@ -119,7 +119,7 @@ def milliseconds(
 
 
 def whole_row(name: str, threads: int, ways: Sequence[Point], ms: Times) -> list[str]:
-    """What a call in the order "priority" costs, and its errors."""
+    """Return the cost of a call in the order "priority", and its errors."""
     row = [name, str(threads), f"{ms['all']:.1f}"]
     for point in ways:
         if point.way == "priority" and point.share in (0.05, 0.25):
@@ -129,7 +129,7 @@ def whole_row(name: str, threads: int, ways: Sequence[Point], ms: Times) -> list
 
 
 def errors_at(ms_at: float, ways: Sequence[Point], ms: Times) -> dict[str, float]:
-    """1 - SSIM of each way after so many milliseconds."""
+    """Return 1 - SSIM of each method after `ms_at`."""
     result = {}
     for way in (*ORDERS, SMALLER):
         own = [p for p in ways if p.way == way]
@@ -158,7 +158,7 @@ def main() -> None:
             for budget in BUDGETS:
                 errors = errors_at(budget * ms["all"], ways, ms)
                 cells.append(" / ".join("–" if e == 1 else f"{1e3 * e:.2f}" for e in errors.values()))
-                if errors["priority"] < 1:  # there is a picture by then
+                if errors["priority"] < 1:  # its first picture is ready by then
                     orders = min(errors[way] for way in ORDERS if way != "priority")
                     ahead[count].append((1 - errors["priority"] / orders, 1 - errors["priority"] / errors[SMALLER]))
             equal_rows[count].append([name, f"{ms['all']:.1f}", *cells])

@@ -1,6 +1,6 @@
-"""How well progressive pictures keep a budget of time: each frame of whole convergences at 640x480.
+"""Time budgets of progressive pictures: each frame until convergence at 640x480.
 
-With the built-in tracer, and plugged-in ones that are 10 and 100 times slower by the clock.
+Uses the built-in tracer, and user tracers that are 10 and 100 times slower in wall time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BUDGETS_MS = (33, 100)
 
 
 def slowed(tracer: Tracer, seconds_per_ray: float) -> Tracer:
-    """The same tracer, as if each ray took so long: the rest of the time is spent waiting."""
+    """Return the tracer slowed down to a time per ray, by waiting."""
 
     def trace(pixels: NDArray[np.int32]) -> bob.Samples:
         end = time.perf_counter() + seconds_per_ray * len(pixels)
@@ -37,7 +37,7 @@ def slowed(tracer: Tracer, seconds_per_ray: float) -> Tracer:
 def frame_times(
     begin: Callable[..., Iterator[bob.Frame]], budget_ms: float, full: bob.GBuffer
 ) -> tuple[list[float], float]:
-    """Milliseconds that the consumer waits for each frame of a convergence, and the SSIM of the first one."""
+    """Return the consumer's waiting time in milliseconds for each frame of a convergence, and the first one's SSIM."""
     times: list[float] = []
     frames = begin(size=SIZE, frame_ms=budget_ms)
     first = None
@@ -80,7 +80,7 @@ def main() -> None:
                     f"{np.mean([ssim for _, ssim in runs]):.3f}",
                 ]
             )
-    table(["tracer", "asked", "frames", "median", "95 %", "max", "95 % / asked", "SSIM of the first frame"], rows)
+    table(["tracer", "budget", "frames", "median", "95 %", "max", "95 % / budget", "SSIM of the first frame"], rows)
 
 
 if __name__ == "__main__":

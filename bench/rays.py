@@ -1,4 +1,4 @@
-"""Rays that the benchmarks cast, Embree to cast them with, and cameras that see scenes alike."""
+"""Rays for benchmarks, Embree to trace them, and cameras with equal views of different scenes."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ F64 = NDArray[np.float64]
 
 
 def random_rays(count: int) -> tuple[F32, F32]:
-    """Origins and directions, (n, 3), of orthographic rays of random directions, spread evenly over the disc that the
-    unit sphere fills: the worst case for caches, and no ray is like its neighbour."""
+    """Return origins and directions, (n, 3), of incoherent orthographic rays, the worst case for caches.
+
+    Their directions are random, spread evenly over the disc of the unit sphere.
+    """
     rng = np.random.default_rng(0)
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -29,8 +31,10 @@ def random_rays(count: int) -> tuple[F32, F32]:
 
 
 def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[NDArray[np.int64], F32, F32]:
-    """Which pixels' rays meet the unit sphere, row by row, (n,); their origins, just outside of it, and directions,
-    (n, 3) each."""
+    """Return the pixels whose rays hit the unit sphere, row by row, (n,), and the rays.
+
+    Origins, just outside the sphere, and directions are (n, 3) each.
+    """
     pixels = np.indices(size, np.int32).reshape(2, -1).T
     return camera.core((0, 0, 0), 1).rays(*size, np.ascontiguousarray(pixels))
 
@@ -43,8 +47,7 @@ def build_embree(vertices: F32, triangles: NDArray[np.int32], device: Any = None
 
 
 def seen_alike(camera: bob.Camera, scene: bob.Scene, other: bob.Scene) -> bob.Camera:
-    """The camera whose pictures of another scene show the same part of space, in the same scale, as those of an
-    orthographic one without roll show of a scene."""
+    """Return a camera for another scene with the same view, region and scale, as an orthographic one without roll."""
     azimuth, elevation = np.radians((camera.azimuth, camera.elevation))
     right = np.array((-np.sin(azimuth), np.cos(azimuth), 0))
     toward = np.array((np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)))

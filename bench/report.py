@@ -1,4 +1,4 @@
-"""What the benchmarks share: the machine in words, timings of rivals in turn, and tables."""
+"""Shared by the benchmarks: the machine's description, interleaved timings of rivals, and tables."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "s
 
 
 def shape_files(*names: str) -> list[Path]:
-    """Files in the folder of shapes; the benchmark is skipped, with a reason, where it is missing."""
+    """Return files in the folder of shapes; the benchmark is skipped, with a reason, if the folder is missing."""
     if not MODELS.is_dir():
         print(f"skipped {Path(sys.argv[0]).name}: no shapes at {MODELS}; name their folder in BOBROSSNET_MODELS")
         sys.exit(0)
@@ -36,10 +36,11 @@ def in_turn(
     rest: float = 0,
     again: bool = False,
 ) -> dict[str, list[float]]:
-    """Seconds of each rival's runs, one after the other in turn, after a warm-up: what else the machine does meanwhile
-    falls on all alike. Before each run are so many seconds of rest, in which the threads of the one before, which look
-    out for more work for a while, go to sleep; `again` measures the run that follows it at once, as when pictures
-    follow each other."""
+    """Return the seconds of each rival's runs, interleaved after a warm-up, so that other load affects all equally.
+
+    `rest` seconds precede each run, in which the previous rival's spinning threads go to sleep. `again` also measures a
+    second run at once after it, as for consecutive pictures.
+    """
     for run in rivals.values():
         run()
     seconds: dict[str, list[float]] = {name: [] for name in rivals}
@@ -56,18 +57,18 @@ def in_turn(
 
 
 def median_ratio(over: Sequence[float], under: Sequence[float]) -> float:
-    """The median of the ratios within each turn."""
+    """Return the median of the ratios within each round."""
     return statistics.median(a / b for a, b in zip(over, under, strict=True))
 
 
 def spread(values: Sequence[float], scale: float = 1, digits: int = 1) -> str:
-    """Median and range, e.g. "9.8 (9.6..10.4)"."""
+    """Format median and range, e.g. "9.8 (9.6..10.4)"."""
     low, middle, high = (f"{scale * f(values):.{digits}f}" for f in (min, statistics.median, max))
     return f"{middle} ({low}..{high})"
 
 
 def heading(title: str) -> None:
-    """Print the title, and what the figures below it were measured on."""
+    """Print the title, and the machine and date of the figures."""
     print(f"\n## {title}\n")
     print(f"{processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}, {date.today().isoformat()}\n")
 
@@ -79,7 +80,7 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 @contextmanager
 def replaced(*changes: tuple[ModuleType | type, str, Any]) -> Iterator[None]:
-    """Attributes that are others for a while."""
+    """Replace attributes for the duration of the block."""
     before = [(where, name, getattr(where, name)) for where, name, _ in changes]
     for where, name, value in changes:
         setattr(where, name, value)

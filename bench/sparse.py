@@ -1,4 +1,4 @@
-"""What a ray of a sparse picture costs, beside one of a full picture: a table for shapes of any kind."""
+"""Cost of a ray in sparse and in full pictures: a table for shapes of any kind."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def sparse_row(name: str, scene: bob.Scene, camera: bob.Camera) -> list[str]:
     trace = SceneTracer(scene, camera, SIZE)
     order = bob.pixel_order(SIZE, order="lattice")
     pixels = {share: order[: round(share * len(order))] for share in SHARES}
-    pixels[1] = tiled_pixels(SIZE)  # as `bob.trace` hands out all of them
+    pixels[1] = tiled_pixels(SIZE)  # the order of `bob.trace` for all pixels
     runs = {f"{share:.0%}": on_one_thread(partial(trace, some)) for share, some in pixels.items()}
     seconds = in_turn(runs, RUNS, clock=time.thread_time)
     each = {share: [1e6 * s / len(some) for s in seconds[f"{share:.0%}"]] for share, some in pixels.items()}

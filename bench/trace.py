@@ -1,8 +1,8 @@
-"""Rays per second of a thread's own time against Embree: the same rays, in the same run.
+"""Rays per second of a thread's CPU time against Embree: the same rays, in the same run.
 
-Rays are orthographic, of random directions, spread evenly over the disc that the bounding sphere fills: the worst case
-for caches, and no ray is like its neighbour. Also the time that each takes to build its BVH, with all threads; then
-what sparse pictures cost, ray by ray and as a whole, and what pictures in perspective cost beside orthographic ones.
+Rays are orthographic and incoherent, with random directions over the disc of the bounding sphere: the worst case for
+caches. Also the time to build each BVH, with all threads; the cost of sparse pictures, per ray and in total; and the
+cost of perspective pictures compared with orthographic ones.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ INSTANCES = 4096
 
 
 def prepared(mesh: bob.Mesh) -> _core.Mesh:
-    """Ready for its first ray, with normals that are computed."""
+    """Build the core's mesh, ready for its first ray, with computed normals."""
     shape = _core.Mesh(mesh.vertices, mesh.triangles, None)
     shape.prepare()
     return shape
 
 
 def crowd(mesh: bob.Mesh) -> bob.Scene:
-    """So many instances of a shape, in a cube, each turned otherwise."""
+    """Return `INSTANCES` instances of a shape in a cube, each with another rotation."""
     side = round(INSTANCES ** (1 / 3))
     places = np.indices((side, side, side)).reshape(3, -1).T
     turned = (bob.Instance(mesh).rotate(2.4 * i, (1, 2, 3)) for i in range(len(places)))
@@ -52,7 +52,7 @@ def crowd(mesh: bob.Mesh) -> bob.Scene:
 
 
 def whole_pictures() -> None:
-    """Print what `bob.trace` takes, in all, for shares of the built-in scene's pixels."""
+    """Print the total time of `bob.trace` for shares of the built-in scene's pixels."""
     scene, camera = bob.Scene(bob.happy_tree()), bob.Camera()
     orders = ("lattice", "adaptive", "squares")
     runs = {
@@ -72,7 +72,7 @@ def whole_pictures() -> None:
 
 
 def perspective_table(scenes: Mapping[str, bob.Scene]) -> None:
-    """Print what a pixel takes in perspective, beside one of an orthographic picture."""
+    """Print the time of a pixel in perspective, relative to an orthographic picture's."""
     columns = [f"{fov}°" if fov else "orthographic" for fov in FOVS]
     pixels = tiled_pixels(SIZE)
     rows = []
@@ -94,7 +94,7 @@ def perspective_table(scenes: Mapping[str, bob.Scene]) -> None:
 
 
 def carved() -> bob.Scene:
-    """The formula of the README."""
+    """Return the README's formula."""
     drill = cylinder(0.5)
     return bob.Scene((sphere(1) & box(1.5)) - (drill.orient(X) | drill.orient(Y) | drill.orient(Z)))
 

@@ -1,8 +1,8 @@
-"""Other people's tracers: sparse pixels completed along guides, beside lower resolutions and fewer paths denoised, in
-scenes of Mitsuba's, in perspective and orthographic.
+"""Foreign tracers: sparse pixels completed along guides, compared with lower resolutions and fewer denoised paths.
 
-Needs the extras `mitsuba` and `oidn`, and LLVM (DRJIT_LIBLLVM_PATH). Prints docs/tracers.md's tables: `exact` those
-without noise, `noise` the other, by default both; with --held-out of the scenes that no constant was chosen on.
+The scenes are Mitsuba's, in perspective and orthographic. Needs the extras `mitsuba` and `oidn`, and LLVM
+(DRJIT_LIBLLVM_PATH). Prints the tables of docs/tracers.md: `exact` without noise, `noise` with noise, by default both;
+with --held-out for the scenes on which no constant was tuned.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ PICTURE = f"{SIZE[1]}x{SIZE[0]}"
 TOTAL = SIZE[0] * SIZE[1]
 SPP = 16
 TRUTH = 256
-"""Paths of each pixel, which are then denoised."""
+"""Paths of each pixel before denoising."""
 KEPT = Path("out/tracers")
-"""Where the truth is kept, since it takes minutes."""
+"""Cache of the references, since they take minutes."""
 FRACTIONS = (0.05, 0.1, 0.25)
 PIXEL_COSTS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Seconds for a pixel without noise."""
 MOST_COST = 0.1
-"""Of those at which methods are looked for that are best."""
+"""Costs of a pixel among which the best method is searched."""
 
 
 class Result(NamedTuple):
     ssim: float
     flip: float
     pixels: float
-    """How many pixels, of the whole picture's, that took."""
+    """Number of pixels, relative to the whole picture's."""
     seconds: float = 0
-    """And how long, beside them."""
+    """Additional seconds."""
 
 
 class WithoutGuides:
-    """A tracer that finds a picture's pixels."""
+    """A tracer that looks up a picture's pixels."""
 
     size = SIZE
 
@@ -67,14 +67,14 @@ class WithoutGuides:
 
 
 class Exact(WithoutGuides):
-    """The same with guides."""
+    """The same tracer with guides."""
 
     def guides(self) -> bob.Guides:
         return self.known
 
 
 class View:
-    """A scene, seen once: its truth, and whatever renders it."""
+    """A view of a scene: its reference, and its renderings."""
 
     def __init__(self, name: str, orthographic: bool) -> None:
         self.name, self.orthographic = name, orthographic
@@ -91,45 +91,45 @@ class View:
         return mitsuba.tracer(scene(self.name, orthographic=self.orthographic, size=size), spp=spp, seed=seed)
 
     def score(self, picture: F32) -> tuple[float, float]:
-        """SSIM, the mean of the three components, and FLIP, both of sRGB."""
+        """Return SSIM, as the mean of the three components, and FLIP, both in sRGB."""
         shown, wanted = to_srgb(picture), to_srgb(self.truth)
         ssim = statistics.fmean(bob.ssim(shown[..., k], wanted[..., k]) for k in range(3))
         return ssim, flip(shown, wanted)
 
-    # Without noise: pixels are those of the truth, and cost what they are said to.
+    # Without noise: pixels are looked up in the reference, at a nominal cost.
 
     def exact(self, fraction: float, guided: bool = True) -> Result:
-        """Sparse pixels along guides, or without them."""
+        """Complete sparse pixels, with or without guides."""
         tracer = Exact(self.truth, self.guides) if guided else WithoutGuides(self.truth, self.guides)
         frame = next(bob.progressive(tracer=tracer, first=fraction))
         color, seconds = fastest(partial(bob.complete, frame.gbuffer, channel="color"))
         return Result(*self.score(color), fraction, seconds)
 
     def enlarged(self, factor: int) -> Result:
-        """A picture of a lower resolution, of means of the truth's pixels, enlarged bilinearly."""
+        """Downsample the reference by means, and upsample it bilinearly."""
         picture, seconds = fastest(partial(enlarge, block_means(self.truth, factor)))
         return Result(*self.score(picture), 1 / factor**2, seconds)
 
-    # With noise: pixels of one path each are counted, in shares of `SPP`.
+    # With noise: the cost is the number of one-path pixels, in shares of `SPP`.
 
     def sparse(self, fraction: float) -> Result:
         tracer = self.tracer_of(SIZE, SPP)
         return Result(*self.score(next(bob.progressive(tracer=tracer, first=fraction)).color), fraction)
 
-    @cache  # noqa: B019  views live as long as the program
+    @cache  # noqa: B019  views live for the whole program
     def noisy(self, spp: int, factor: int) -> tuple[F32, bob.Guides]:
         tracer = self.tracer_of((SIZE[0] // factor, SIZE[1] // factor), spp)
         return everywhere(tracer, 1), tracer.guides()
 
     def dense(self, spp: int, factor: int = 1, denoises: bool = True) -> Result:
-        """All pixels of a resolution, denoised if asked for, and enlarged."""
+        """Render all pixels of a resolution, optionally denoised, and upsample them."""
         color, guides = self.noisy(spp, factor)
         picture = enlarge(oidn.denoise(color, guides) if denoises else color)
         return Result(*self.score(picture), spp / SPP / factor**2)
 
 
 def fastest(run: Callable[[], Any]) -> tuple[Any, float]:
-    """What it returns, and the seconds of the fastest of 9: the others waited for whatever else the machine did."""
+    """Return the result, and the seconds of the fastest of 9 runs; the others waited for other load."""
     seconds = []
     for _ in range(9):
         start = time.perf_counter()
@@ -139,7 +139,7 @@ def fastest(run: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def everywhere(tracer: Any, passes: int) -> F32:
-    """The mean colours of so many passes over all pixels."""
+    """Return the mean colours of `passes` passes over all pixels."""
     height, width = tracer.size
     pixels = np.argwhere(np.ones(tracer.size)).astype(np.int32)
     total = np.zeros((height * width, 3))
@@ -156,12 +156,12 @@ def block_means(picture: F32, factor: int) -> F32:
 
 
 def enlarge(picture: F32) -> F32:
-    """To `SIZE`, bilinearly."""
+    """Upsample to `SIZE`, bilinearly."""
     if picture.shape[:2] == SIZE:
         return picture
     import cv2
 
-    cv2.setNumThreads(1)  # several wait for each other on a busy machine
+    cv2.setNumThreads(1)  # its threads wait for each other on a busy machine
     return np.asarray(cv2.resize(picture, SIZE[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
@@ -174,12 +174,12 @@ def named(methods: dict[str, Callable[[View], Result]], views: list[View]) -> di
 
 
 def cell(results: list[Result]) -> str:
-    """SSIM in perspective and orthographic."""
+    """Format SSIM in perspective and orthographic."""
     return ", ".join(f"{result.ssim:.3f}" for result in results)
 
 
 def quality(results: dict[str, list[Result]], views: list[View], cost: str, of: Callable[[list[Result]], str]) -> None:
-    """Print what pictures are like, and what they cost."""
+    """Print the quality and the cost of pictures."""
     names = list(dict.fromkeys(view.name for view in views))
     rows = []
     for method, each in results.items():
@@ -190,7 +190,7 @@ def quality(results: dict[str, list[Result]], views: list[View], cost: str, of: 
 
 
 def by_cost(exact: dict[str, list[Result]], guides_seconds: float) -> None:
-    """Seconds by the cost of a pixel."""
+    """Print seconds by the cost of a pixel."""
     rows = []
     for method, each in exact.items():
         times = [f"{1e3 * seconds_of(method, each, guides_seconds, cost):,.0f}" for cost in PIXEL_COSTS]
@@ -201,13 +201,13 @@ def by_cost(exact: dict[str, list[Result]], guides_seconds: float) -> None:
 
 
 def seconds_of(method: str, each: list[Result], guides_seconds: float, cost: float) -> float:
-    """How long a picture takes where a pixel takes so many seconds."""
+    """Return the time of a picture at `cost` seconds per pixel."""
     own = statistics.median(result.seconds for result in each) + (guides_seconds if "along" in method else 0)
     return own + each[0].pixels * TOTAL * cost
 
 
 def where_best(exact: dict[str, list[Result]], views: list[View], guides_seconds: float) -> None:
-    """Print from what cost of a pixel on sparse pixels are better than lower resolutions in the time of these."""
+    """Print the cost of a pixel from which sparse pixels are better than lower resolutions in equal time."""
     lower = [method for method in exact if "resolution" in method]
     costs = np.geomspace(1e-7, MOST_COST, 601)
     rows = []
@@ -228,7 +228,7 @@ def where_best(exact: dict[str, list[Result]], views: list[View], guides_seconds
 
 
 def span(costs: NDArray[np.float64], best: list[bool]) -> str:
-    """Costs in words, by at which of them a method is best."""
+    """Describe the costs at which a method is best."""
     if not any(best):
         return "never"
     first, last = (int(index) for index in np.flatnonzero(best)[[0, -1]])

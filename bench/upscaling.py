@@ -1,4 +1,4 @@
-"""Edge-directed enlarging of small pictures, a rival of completing: gray, by whatever factor."""
+"""Edge-directed upsampling of small gray pictures by any factor, a rival of completion."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 F32 = NDArray[np.float32]
 
 TAPS = ((-1, 0), (-1, 1), (0, -1), (0, 0), (0, 1), (0, 2), (1, -1), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1))
-"""Rows and columns beside the pixel above and left of a place: of 4 x 4 all but the corners."""
+"""Rows and columns of taps relative to the pixel above and left of a point: 4 x 4 without the corners."""
 
 
 def edge_directed(small: F32, height: int, width: int) -> F32:
-    """Enlarge a picture, (h, w), by a windowed kernel of 12 taps that is stretched along the edge at each place.
+    """Upsample a picture, (h, w), by a windowed kernel of 12 taps, stretched along the edge at each point.
 
-    As AMD's FidelityFX Super Resolution 1.0 does it (2021): the edge's direction is that of the gradients at the
-    four nearest pixels, blended; the clearer it is, the longer the kernel along it and the sharper its window; what
-    comes out stays within the range of the four.
+    As in AMD's FidelityFX Super Resolution 1.0 (2021): the edge's direction is blended from the gradients at the four
+    nearest pixels. Clearer edges get a longer kernel with a sharper window. The result is clamped to the range of
+    the four pixels.
     """
     rows = (np.arange(height) + 0.5) * small.shape[0] / height - 0.5
     columns = (np.arange(width) + 0.5) * small.shape[1] / width - 0.5
@@ -46,9 +46,9 @@ def edge_directed(small: F32, height: int, width: int) -> F32:
     flat = length < 1 / 256
     x, y = np.where(flat, 1, x / np.maximum(length, 1e-9)), np.where(flat, 0, y / np.maximum(length, 1e-9))
     clear = (0.5 * clear) ** 2
-    stretch = 1 / np.maximum(np.abs(x), np.abs(y))  # a diagonal is as long as the sides together
+    stretch = 1 / np.maximum(np.abs(x), np.abs(y))  # a diagonal counts as long as both sides together
     across, along = 1 + (stretch - 1) * clear, 1 - 0.5 * clear
-    lobe = 0.5 - 0.29 * clear  # 1/2 to 1/4 - 1/25 or so: from a soft window to one like Lanczos'
+    lobe = 0.5 - 0.29 * clear  # about 1/2 to 1/4 - 1/25: from a soft window to one like Lanczos
     limit = 1 / lobe
     total, weights = np.zeros((height, width)), np.zeros((height, width))
     for (row, column), values in taps.items():

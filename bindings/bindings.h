@@ -1,4 +1,4 @@
-/// What the files of the Python module share: arrays, checks, and work without the GIL.
+/// Shared parts of the Python module: arrays, checks, and work without the GIL.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -33,10 +33,10 @@ std::span<const T> items(const A& array) {
     return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
 }
 
-/// A map of space, whose last row is (0, 0, 0, 1).
+/// An affine map with last row (0, 0, 0, 1).
 using Matrix = Array<const double, 4, 4>;
 
-/// A new array of Python's, its values not set.
+/// A new Python array, uninitialized.
 template <class T, nb::ssize_t... Shape, class... Sizes>
 Array<T, Shape...> make_array(Sizes... sizes) {
     const std::size_t shape[] = {static_cast<std::size_t>(sizes)...};
@@ -46,7 +46,7 @@ Array<T, Shape...> make_array(Sizes... sizes) {
     return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
 }
 
-/// Raises ValueError unless the pixels lie within the image.
+/// Raises ValueError unless the pixels lie inside the image.
 void check_pixels(const Pixels& pixels, int height, int width);
 /// Raises ValueError unless there are `count` samples of the layout's width.
 void check_width(const bob::Layout& layout, std::size_t count, const Samples& samples);

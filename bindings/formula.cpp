@@ -1,4 +1,4 @@
-/// Formulas: graphs that Python traces functions into, and the expressions that come of them.
+/// Formulas: graphs that record Python functions, and the resulting expressions.
 #include <nanobind/nanobind.h>
 #include <nanobind/operators.h>
 #include <nanobind/stl/optional.h>
@@ -41,8 +41,8 @@ bob::Op find_op(std::string_view name, int operands) {
     return op;
 }
 
-/// A graph whose values are plain integers in Python, so that tracing allocates nothing: the graph's number in the
-/// upper half, which distinguishes values of different graphs, and the node's index in the lower.
+/// A graph whose values are plain integers in Python, so that tracing allocates nothing. The upper half is the graph's
+/// number, which distinguishes values of different graphs; the lower half is the node's index.
 class Graph {
 public:
     using Handle = std::uint64_t;
@@ -91,7 +91,7 @@ using Operands = Array<std::uint32_t, -1, 3>;
 using Values = Array<double, -1>;
 using Roots = Array<std::uint32_t, 3>;
 
-/// (m, 2), (v, 3) and (t, 3), as bob::MeshArrays has them.
+/// (m, 2), (v, 3) and (t, 3), as in bob::MeshArrays.
 using MeshSizes = Array<const std::uint32_t, -1, 2>;
 using MeshVertices = Array<const float, -1, 3>;
 using MeshTriangles = Array<const std::uint32_t, -1, 3>;
@@ -133,7 +133,7 @@ void init_color_formula(bob::ColorFormula* self, const Array<const std::uint8_t,
     new (self) bob::ColorFormula(nodes_of(ops, operands, values, meshes), {roots.data()[0], roots.data()[1], roots.data()[2]});
 }
 
-/// Of a formula with meshes, what the constructor takes of them; else an empty tuple.
+/// The constructor's arguments for a formula's meshes; an empty tuple if it has no meshes.
 template <class Formula>
 nb::tuple mesh_arrays(const Formula& formula) {
     const bob::Meshes& meshes = formula.meshes();

@@ -1,4 +1,4 @@
-/// How frames are made.
+/// The planner of frames.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>

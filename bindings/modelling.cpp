@@ -1,4 +1,4 @@
-/// The modelling language: its words as data, and calls with Python's values.
+/// The modelling language: its words as data, and calls with Python values.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -26,7 +26,7 @@ namespace {
 
 using bob::Object;
 
-constexpr int max_depth = 4;  // of lists in lists
+constexpr int max_depth = 4;  // of nested lists
 
 double to_double(nb::handle value) {
     const double number = PyFloat_AsDouble(value.ptr());
@@ -35,7 +35,7 @@ double to_double(nb::handle value) {
         PyErr_Clear();
         return std::numeric_limits<double>::infinity();
     }
-    return number + 0.0;  // zeros lose their sign: Python's whole numbers have none
+    return number + 0.0;  // removes the sign of zeros: Python's integers have no -0
 }
 
 std::string unusable(nb::handle value) {
@@ -106,7 +106,7 @@ const char* kind_name(bob::Word::Kind kind) {
 }
 
 /// (name, kind, dimensions, result dimensions, ((name, type, required, default, variadic), ...), meaning) of each word.
-/// The default of an easing, which is ease.linear everywhere, is left out.
+/// The default of an easing, always ease.linear, is left out.
 nb::list vocabulary() {
     nb::list words;
     for (const bob::Word& word : bob::vocabulary()) {
@@ -127,7 +127,7 @@ struct Call {
     std::vector<Object> positional;
     std::vector<bob::Keyword> keywords;
 
-    /// `names` are those of the positional arguments, for messages.
+    /// `names`: of the positional arguments, for messages.
     Call(std::string_view word, const std::vector<bob::Parameter>& names, const nb::tuple& args, const nb::dict& kwargs) {
         const auto convert = [&](std::string_view name, nb::handle value) {
             const std::string place = std::string(word) + ": " + std::string(name) + ": ";
@@ -135,9 +135,9 @@ struct Call {
                 return to_object(value);
             } catch (const bob::CallTypeError& error) {
                 throw bob::CallTypeError(place + error.what());
-            } catch (const nb::python_error& error) {  // of the value's own methods
+            } catch (const nb::python_error& error) {  // from the value's methods
                 if (!error.matches(PyExc_Exception)) throw;
-            } catch (const std::bad_cast&) {  // of a text with half a character
+            } catch (const std::bad_cast&) {  // for a text with an unpaired surrogate
             }
             throw bob::CallTypeError(place + unusable(value));
         };
@@ -164,10 +164,10 @@ nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tup
     return to_python(bob::call_method(sdf, name, call.positional, call.keywords));
 }
 
-/// Rows of x, y and the bulge of the piece from there to the next row's place, from the last to the first.
+/// Rows of x, y and the bulge of the piece to the next row's place. The last row leads to the first.
 using Outline = Array<const double, -1, 3>;
 
-/// None where the loops wind around nothing.
+/// None if the loops enclose nothing.
 std::optional<bob::Expression> region(const std::vector<Outline>& outlines) {
     std::vector<bob::Loop> loops;
     for (const Outline& outline : outlines) {

@@ -1,4 +1,4 @@
-/// NURBS at many parameters at once.
+/// NURBS at many parameters in one call.
 #include <nanobind/stl/pair.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ std::span<const double> checked_knots(int degree, const Numbers& knots, const ch
     return values;
 }
 
-/// One for each derivative 0..order; so few that sizes of arrays don't overflow.
+/// Number of derivatives 0..order; limited, so that array sizes do not overflow.
 std::size_t checked_rows(int order) {
     expect(order >= 0 && order <= 100, "order: expected 0..100");
     return static_cast<std::size_t>(order) + 1;

@@ -1,4 +1,4 @@
-/// What tracing and completion share: channels, cameras, pixel orders, and samples on their way into planes.
+/// Shared by tracing and completion: channels, cameras, pixel orders, and scattering of samples into planes.
 #include <nanobind/operators.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -34,7 +34,7 @@ using namespace nb::literals;
 
 namespace {
 
-/// (name, components, low, high, value where a ray missed, whether that is seen) of each channel.
+/// (name, components, low, high, value for a miss, whether it is seen) of each channel.
 nb::list channels() {
     nb::list result;
     for (const bob::Channel& c : bob::channels::all) {
@@ -45,7 +45,7 @@ nb::list channels() {
 
 using Rays = std::tuple<Array<std::int64_t, -1>, Array<float, -1, 3>, Array<float, -1, 3>>;
 
-/// Which of the pixels' rays meet the unit sphere, and the origins and directions of these.
+/// Whether each pixel's ray intersects the unit sphere, and the origins and directions of the rays that do.
 Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels) {
     const bob::Projection projection(camera, height, width);
     std::vector<std::int64_t> met;
@@ -69,7 +69,7 @@ Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels
     return {which, origins, directions};
 }
 
-/// Row, column and depth at which each point is seen.
+/// Row, column and depth of each point.
 Array<float, -1, 3> seen(const bob::Camera& camera, int height, int width, const Points& points) {
     const bob::Projection projection(camera, height, width);
     auto result = make_array<float, -1, 3>(points.shape(0), 3);
@@ -81,7 +81,7 @@ Array<float, -1, 3> seen(const bob::Camera& camera, int height, int width, const
     return result;
 }
 
-/// The points that are seen at rows, columns and depths.
+/// The points at rows, columns and depths.
 Array<float, -1, 3> points(const bob::Camera& camera, int height, int width, const Points& seen) {
     const bob::Projection projection(camera, height, width);
     auto result = make_array<float, -1, 3>(seen.shape(0), 3);
@@ -118,7 +118,7 @@ void check_planes(const bob::Layout& layout, const AnyPlanes& planes, std::size_
            "planes: expected one for each component, of the right size");
 }
 
-/// What next() returns, which changes an order.
+/// The result of next(), which changes an order.
 template <class Order, class Next>
 Array<std::int32_t, -1, 2> pixels_of(const Order& order, Next next) {
     const InUse in_use(&order);  // also while they are copied

@@ -1,5 +1,5 @@
-/// The core as a Python module: convert and call. The Python package checks arguments, with better messages; here only
-/// what could read or write out of bounds is checked.
+/// The core as a Python module: converts and calls. The Python package checks arguments, with better messages; only
+/// out-of-bounds accesses are checked here.
 #include <nanobind/stl/string_view.h>
 
 #include <string_view>
@@ -23,7 +23,7 @@ bool set_isa(std::string_view name) {
 
 NB_MODULE(_core, m) {
     m.doc() = "The C++ core of BobRossNet.";
-    nb::set_leak_warnings(false);  // what user modules still hold when Python ends is not a leak
+    nb::set_leak_warnings(false);  // objects that user modules still hold at exit are no leaks
 
     m.def("thread_count", &bob::thread_count);
     m.def("set_thread_count", &bob::set_thread_count, "count"_a);

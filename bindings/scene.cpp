@@ -1,4 +1,4 @@
-/// Scenes: what is in them, in which order, and what tracing them gives.
+/// Scenes: their contents, canonical order and tracing.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -66,7 +66,7 @@ void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         placed.push_back({shapes[i], bob::affine_map(transforms.data() + 16 * i), materials[i]});
     }
-    std::optional<bob::Arrangement> made;  // not in its place before it is known that nothing stopped it
+    std::optional<bob::Arrangement> made;  // stored only once nothing can interrupt it
     interruptible([&] { made.emplace(std::move(placed)); });
     new (self) bob::Arrangement(std::move(*made));
 }
@@ -94,7 +94,7 @@ Array<double, 3> center(const bob::Arrangement& arrangement) {
     return result;
 }
 
-/// Low and high of each shape.
+/// Low and high corners of each shape.
 Array<double, -1, 2, 3> boxes(const bob::Arrangement& arrangement) {
     auto result = make_array<double, -1, 2, 3>(arrangement.size(), 2, 3);
     for (std::size_t i = 0; i < arrangement.size(); ++i) {
@@ -104,7 +104,7 @@ Array<double, -1, 2, 3> boxes(const bob::Arrangement& arrangement) {
     return result;
 }
 
-/// From the unit sphere to the coordinates in which rays meet each shape, in the caller's order.
+/// The maps from the unit sphere to each shape's coordinates, in the caller's order.
 Array<double, -1, 3, 4> to_shapes(const bob::Scene& scene) {
     auto result = make_array<double, -1, 3, 4>(scene.size(), 3, 4);
     for (std::uint32_t i = 0; i < scene.size(); ++i) {

@@ -1,4 +1,4 @@
-/// Shapes: made of arrays, and measured.
+/// Shapes: construction from arrays, and measurement.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string_view.h>
@@ -32,7 +32,7 @@ using Texels = Array<const std::uint8_t, -1, -1, 3>;
 using Alpha = Array<const std::uint8_t, -1, -1>;
 using Alphas = Array<const float, -1>;
 
-/// (T, 3, 3): of each triangle's corners.
+/// (T, 3, 3): for each triangle's corners.
 Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
     std::vector<bob::CornerNormals> normals;
     interruptible([&] { normals = mesh.corner_normals(); });
@@ -42,7 +42,7 @@ Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
     return result;
 }
 
-/// Reads the arrays for as long as it lives.
+/// Reads the arrays during its whole lifetime.
 void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals,
                const std::optional<Points>& colors, const std::optional<Points>& face_colors, const std::optional<Uvs>& uv,
                const std::shared_ptr<bob::Texture>& texture, const std::optional<Alphas>& alphas, float alpha_cutoff) {
@@ -76,7 +76,7 @@ bob::Wrap wrap_of(std::string_view name) {
     return bob::Wrap::clamp;
 }
 
-/// Reads the arrays for as long as it lives.
+/// Reads the arrays during its whole lifetime.
 void init_picture(bob::Picture* self, const Texels& texels, const std::optional<Alpha>& alpha) {
     expect(texels.size() > 0, "texture: expected at least one texel");
     expect(!alpha || 3 * alpha->size() == texels.size(), "alpha: expected one for each texel");
@@ -91,7 +91,7 @@ void init_texture(bob::Texture* self, const std::shared_ptr<bob::Picture>& pictu
     new (self) bob::Texture(picture, wrap_of(across), wrap_of(down));
 }
 
-/// Linear RGB at places, (n, 2): u and v, seen through pixels of so many texels.
+/// Linear RGB at places, (n, 2): u and v, with pixel footprints in texels.
 Array<float, -1, 3> texture_colors(const bob::Texture& texture, const Uvs& uv, const Array<const float, -1>& widths) {
     expect(widths.shape(0) == uv.shape(0), "widths: expected one for each place");
     auto result = make_array<float, -1, 3>(uv.shape(0), 3);
@@ -121,7 +121,7 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
     interruptible([&] { new (self) bob::Implicit(formula, box, color); });
 }
 
-/// (n, 3): linear RGB of a shape with colours at points, (n, 3), in its own units.
+/// (n, 3): linear RGB of a shape with colours at points, (n, 3), in the shape's units.
 Array<float, -1, 3> implicit_colors(const bob::Implicit& shape, const Array<const double, -1, 3>& points) {
     expect(shape.is_colored(), "shape: expected one with colours");
     const auto& [center, radius] = shape.sphere();
@@ -155,7 +155,7 @@ std::tuple<NewVertices, NewTriangles> dual_contour(const bob::Implicit& shape, d
     return {std::move(vertices), std::move(triangles)};
 }
 
-/// None where the formula is positive everywhere.
+/// None if the formula is positive everywhere.
 std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
     std::optional<bob::Bounds> found;
     interruptible([&] { found = bob::find_bounds(formula); });
@@ -173,7 +173,7 @@ std::tuple<bob::Expression, std::optional<Array<double, 2, 3>>, bool> vm_solid(c
 
 using Knots = Array<const double, -1>;
 
-/// The degree of `count` control points, for which there are count + degree + 1 knots.
+/// The degree of `count` control points, given count + degree + 1 knots.
 int degree(std::size_t count, const Knots& knots) {
     expect(count >= 2 && knots.shape(0) >= count + 2 && knots.shape(0) <= count + 1 + bob::max_degree &&
                knots.shape(0) <= 2 * count,
@@ -189,8 +189,8 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
     return {degree(points.size(), knots), values(knots), {points.begin(), points.end()}};
 }
 
-/// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them; control points have their weights
-/// behind them. `colors`: linear RGB of the faces.
+/// Sequences of faces, their loops and the loops' curves, as in `_core.pyi`; control points end with their weights.
+/// `colors`: linear RGB of the faces.
 void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;

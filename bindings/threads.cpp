@@ -11,16 +11,16 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto signals_after = std::chrono::milliseconds(20);
 
-/// Work stops within hundredths of a second, but for what a large file or a busy machine makes of that.
+/// Work normally stops within hundredths of a second; large files or a busy machine take longer.
 constexpr auto longest_wait = std::chrono::seconds(10);
 
 /// Python's identifier of its main thread.
 std::atomic<unsigned long> main_thread = 0;
 
-/// Of all threads but the main one.
+/// All threads except the main one.
 struct Others {
     std::atomic<int> at_work = 0;
-    std::atomic<int> coming_back = 0;  // of these, whoever waits for the GIL
+    std::atomic<int> coming_back = 0;  // threads waiting for the GIL
     std::atomic<bool> shall_stop = false;
     std::atomic<bool> may_come_back = true;
 } others;
@@ -32,7 +32,7 @@ void wait_for(Condition condition, Clock::time_point until = Clock::time_point::
     while (!condition() && Clock::now() < until) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
-/// Stops the work of all other threads and waits for it. What does not stop in time never comes back to Python.
+/// Stops the work of all other threads and waits for it. A thread that does not stop in time never returns to Python.
 void end_work() {
     others.shall_stop = true;
     PyThreadState* const python = PyEval_SaveThread();
@@ -42,7 +42,7 @@ void end_work() {
     PyEval_RestoreThread(python);
 }
 
-/// A forked process has one thread, which is its main one.
+/// A forked process has one thread, its main thread.
 void begin_fork() {
     main_thread = PyThread_get_thread_ident();
     others.at_work = others.coming_back = 0;

@@ -1,4 +1,4 @@
-/// The core's work among Python's threads: without the GIL, interruptible, in order until the program ends.
+/// The core's work on Python's threads: without the GIL, interruptible, and in order at exit.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -9,9 +9,9 @@
 
 namespace nb = nanobind;
 
-/// While one lives, its thread works without the GIL. The end of the program stops and awaits the work of all threads but the
-/// main one: Python would end a thread that takes the GIL afterwards, in the midst of C++. Raises SystemExit on such a thread
-/// if the program is ending already; threading passes over it in silence.
+/// During its lifetime, its thread works without the GIL. The end of the program stops and awaits the work of all
+/// threads except the main one: Python would otherwise kill a thread that takes the GIL, in the middle of C++. Raises
+/// SystemExit on other threads if the program is already ending; threading ignores it silently.
 class WithoutGil {
 public:
     WithoutGil();
@@ -19,8 +19,8 @@ public:
     WithoutGil(const WithoutGil&) = delete;
     WithoutGil& operator=(const WithoutGil&) = delete;
 
-    /// Whether the work may go on. On the main thread, which alone handles signals, Python's handlers run now and then, with the
-    /// GIL taken back.
+    /// Whether the work may continue. On the main thread, which alone handles signals, Python's handlers run now and
+    /// then, with the GIL.
     [[nodiscard]] bool keeps_going();
 
     /// Whether a signal's handler raised Python's current exception.
@@ -33,11 +33,11 @@ private:
     PyThreadState* python_;
 };
 
-/// While one lives, its thread alone uses an object that changes; another one that wants to gets one clear line. A lock would
-/// keep the GIL from whoever needs it to go on. It begins and ends with the GIL.
+/// During its lifetime, its thread alone uses a mutable object; other threads get an error in one line. A lock might
+/// block a thread that holds the GIL which the owner needs. Constructed and destroyed with the GIL.
 class InUse {
 public:
-    /// ValueError if another thread uses it.
+    /// Throws ValueError if another thread uses it.
     explicit InUse(const void* object);
     ~InUse();
     InUse(const InUse&) = delete;
@@ -57,8 +57,8 @@ auto without_gil(Work work) {
     return work();
 }
 
-/// Runs work() without the GIL, in an Interruption that lets Ctrl-C stop it, and the end of the program. What a signal's handler
-/// raised is raised here.
+/// Runs work() without the GIL, in an Interruption that Ctrl-C or the end of the program stops. Exceptions of signal
+/// handlers are raised here.
 template <class Work>
 void interruptible(Work work) {
     bool raised = false, stopped = false;

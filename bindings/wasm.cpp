@@ -1,5 +1,5 @@
-/// Meshes, scenes and pixel orders in the WebAssembly modules: convert and call. The modules of viewer/ check arguments, in
-/// better words; here only what would read or write out of bounds.
+/// Meshes, scenes and pixel orders in the WebAssembly modules: convert and call. The modules of viewer/ check
+/// arguments, with better messages; only out-of-bounds accesses are checked here.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,12 +53,14 @@ std::shared_ptr<const bob::Picture>* make_picture(const std::uint8_t* texels, st
     });
 }
 
-/// Meshes that have it keep it.
+/// Meshes that use it keep it alive.
 EXPORT(free_picture) void free_picture(std::shared_ptr<const bob::Picture>* picture) { delete picture; }
 
-/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals, and colors in linear RGB: (vertex_count, 3), or null;
-/// face_colors: (triangle_count, 3), or null; uv: (vertex_count, 2), and a picture, which wraps across and
-/// down, or both null; alphas: (vertex_count,), or null; alpha_cutoff: what alphas are at least where there is a surface.
+/// Makes a mesh. Optional arrays may be null.
+///
+/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals and, in linear RGB, colors: (vertex_count, 3),
+/// optional; face_colors: (triangle_count, 3), optional; uv: (vertex_count, 2), with a picture that wraps across and
+/// down, both optional; alphas: (vertex_count,), optional; alpha_cutoff: there is no surface where alphas are lower.
 EXPORT(make_mesh)
 Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::int32_t* triangles, std::size_t triangle_count,
                  const float* normals, const float* colors, const float* face_colors, const float* uv,
@@ -108,10 +110,10 @@ bool corner_normals(const Shape* mesh, float* normals) {
     });
 }
 
-/// Whether building it reached its budget of work (work.h).
+/// Whether construction reached its work budget (work.h).
 EXPORT(is_coarse) bool is_coarse(const Shape* shape) { return shape->is_coarse; }
 
-/// Scenes that have it keep it.
+/// Scenes that use it keep it alive.
 EXPORT(free_shape) void free_shape(Shape* shape) { delete shape; }
 
 // ---- Order -----------------------------------------------------------------------------------------------
@@ -126,8 +128,8 @@ EXPORT(end_sha256) void end_sha256(bob::Sha256* hash, std::uint8_t* digest) {
     delete hash;
 }
 
-/// Which of the instances comes first, second, .. in the canonical order. shapes: (count, 32), the digest of each one's shape;
-/// transforms: (count, 4, 4); materials: (count, 12).
+/// Indices of the instances in canonical order. shapes: (count, 32), the digest of each one's shape; transforms:
+/// (count, 4, 4); materials: (count, 12).
 EXPORT(canonical_order)
 bool canonical_order(const bob::Digest* shapes, const double* transforms, const bob::Material* materials, std::size_t count,
                      std::uint32_t* order) {
@@ -141,15 +143,15 @@ bool canonical_order(const bob::Digest* shapes, const double* transforms, const 
     });
 }
 
-/// Of the linear part of a map, (4, 4): writes three, the largest first.
+/// Writes the three singular values of the linear part of a map, (4, 4), the largest first.
 EXPORT(singular_values) void singular_values(const double* map, double* values) {
     std::ranges::copy(bob::singular_values(bob::affine_map(map)), values);
 }
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-/// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 12): linear RGB, ambient, diffuse,
-/// specular, shininess, metallic, roughness, emissive linear RGB.
+/// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
+/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB.
 EXPORT(make_scene)
 bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const bob::Material* materials) {
     return attempt([&] {
@@ -160,11 +162,11 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });
 }
-/// Whether its pictures have colours, as `is_colored` says below and in wasm_completion.cpp.
+/// Whether its pictures have colours: `is_colored` below and in wasm_completion.cpp.
 EXPORT(scene_is_colored) bool scene_is_colored(const bob::Scene* scene) { return scene->is_colored(); }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
-/// Traces pixels, (count, 2). camera: as camera_of has it; samples: (count, C) of the traced layout.
+/// Traces pixels, (count, 2). camera: as for camera_of; samples: (count, C) of the traced layout.
 EXPORT(trace)
 bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width,
            const std::int32_t* pixels, std::size_t count, bool is_colored, float* samples) {
@@ -189,8 +191,8 @@ EXPORT(make_whole_order) bob::RoundOrder* make_whole_order(std::uint32_t height,
 }
 EXPORT(free_round_order) void free_round_order(bob::RoundOrder* order) { delete order; }
 
-/// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
-/// traced layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
+/// The next round's pixels, (n, 2), valid until the next call; writes n to `count`. planes: (C, height, width) of the
+/// traced layout; only pixels of earlier rounds are read. Fails if all pixels were chosen.
 EXPORT(next_round)
 const bob::Pixel* next_round(bob::RoundOrder* order, bool is_colored, const float* planes, std::uint32_t* count) {
     return attempt([&] {
@@ -208,7 +210,7 @@ EXPORT(make_history) bob::History* make_history(bool is_colored, std::uint32_t h
 }
 EXPORT(free_history) void free_history(bob::History* history) { delete history; }
 
-/// Takes over what was traced with a camera, planes of the traced layout.
+/// Adds the traced pixels of a camera, planes of the traced layout.
 EXPORT(add_to_history) bool add_to_history(bob::History* history, const float* camera, const float* planes) {
     return attempt([&] {
         history->add(camera_of(camera), planes);
@@ -216,8 +218,8 @@ EXPORT(add_to_history) bool add_to_history(bob::History* history, const float* c
     });
 }
 
-/// Writes what is expected in a camera's picture, planes of the traced layout, shaded anew, and how far from each pixel's centre it was seen,
-/// (height, width); `surfaces`, which is written, is at how many pixels one is.
+/// Reprojects the history to a camera, shades it, and writes planes of the traced layout. Also writes the distances of
+/// samples from the pixels' centres, (height, width), and to `surfaces` the number of pixels with a surface.
 EXPORT(expect_from_history)
 bool expect_from_history(bob::History* history, const bob::Scene* scene, const float* camera, float* planes, float* off_center,
                          std::uint32_t* surfaces) {
@@ -237,7 +239,7 @@ EXPORT(begin_refresh) void begin_refresh(bob::RefreshOrder* order, std::uint32_t
     order->begin(joined(seed_low, seed_high));
 }
 
-/// As next_round, of a picture of which something is expected; traced, picture: planes of the traced layout.
+/// As next_round, for a picture with reprojected samples; traced, picture: planes of the traced layout.
 EXPORT(next_refresh)
 const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const float* traced, const float* picture,
                                const float* off_center, std::uint32_t wanted, std::uint32_t* count) {
@@ -251,7 +253,8 @@ const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const 
 
 // ---- Frames ----------------------------------------------------------------------------------------------
 
-/// completes_meanwhile: as FramePlanner has it; with all networks, in its modes' and completions' numbers.
+/// completes_meanwhile: as in FramePlanner. All networks are available; modes and completions are numbered as in its
+/// enums.
 EXPORT(make_planner) bob::FramePlanner* make_planner(bool completes_meanwhile) {
     constexpr std::array all = {bob::Completion::filling, bob::Completion::small, bob::Completion::standard};
     return new bob::FramePlanner(1, all, completes_meanwhile);
@@ -268,7 +271,7 @@ void planner_completed(bob::FramePlanner* planner, bob::Completion completion, d
 EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
     planner->reprojected(pixels, seconds);
 }
-/// Pictures have this size from now on. before: the camera of the last picture, or null where nothing can be reprojected.
+/// Sets the size of the pictures. before: the camera of the last picture, or null if nothing can be reprojected.
 EXPORT(plan_frame)
 bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
                      double seconds, double threads) {
@@ -287,7 +290,7 @@ EXPORT(frame_tracing) double frame_tracing(const bob::FramePlanner* planner, bob
 EXPORT(frame_completing) double frame_completing(const bob::FramePlanner* planner, bob::Completion completion) {
     return planner->for_completing(completion);
 }
-/// How many pixels fit into a call of so many seconds.
+/// The number of pixels in a call of `seconds`.
 EXPORT(frame_pixels) double frame_pixels(const bob::FramePlanner* planner, bob::Mode mode, double seconds) {
     return planner->pace(mode).pixels_in(seconds);
 }

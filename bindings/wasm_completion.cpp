@@ -1,4 +1,4 @@
-/// G-buffers and networks in the WebAssembly module, and the memory that all its functions work in.
+/// G-buffers and networks in the WebAssembly module, and the memory that all its functions share.
 #include <cstddef>
 #include <cstdint>
 #include <new>
@@ -28,8 +28,8 @@ EXPORT(release) void release(void* memory) { ::operator delete(memory, std::alig
 
 // ---- G-buffers -------------------------------------------------------------------------------------------
 
-/// Writes samples, (count, C) of the traced layout, to their pixels, (count, 2), of planes, (C, height, width) of the same
-/// layout, or of what of it is shown. `added`, which is written, is how many of the pixels were not traced before.
+/// Scatters samples, (count, C) of the traced layout, to their pixels, (count, 2), in planes, (C, height, width). These
+/// have the same layout or its displayed part. Writes to `added` the number of pixels not traced before.
 EXPORT(add_samples)
 bool add_samples(bool is_colored, bool is_shown, const std::int32_t* pixels, const float* samples, std::size_t count, float* planes,
                  std::int32_t height, std::int32_t width, std::uint32_t* added) {
@@ -47,7 +47,7 @@ bool add_samples(bool is_colored, bool is_shown, const std::int32_t* pixels, con
 
 // ---- Networks --------------------------------------------------------------------------------------------
 
-/// inputs, outputs: names of channels, with commas between them.
+/// inputs, outputs: names of channels, separated by commas.
 EXPORT(make_weights)
 bob::Weights* make_weights(const char* inputs, std::size_t inputs_size, const char* outputs, std::size_t outputs_size) {
     return attempt([&] {
@@ -57,7 +57,7 @@ bob::Weights* make_weights(const char* inputs, std::size_t inputs_size, const ch
 }
 EXPORT(free_weights) void free_weights(bob::Weights* weights) { delete weights; }
 
-/// The values must stay until a network was made of them.
+/// The values must stay valid until a network is made from them.
 EXPORT(add_tensor)
 bool add_tensor(bob::Weights* weights, const char* name, std::size_t name_size, const std::int32_t* shape,
                 std::size_t axes, const float* values) {
@@ -75,8 +75,8 @@ const bob::Network* make_network(const char* name, std::size_t name_size, const 
 }
 EXPORT(free_network) void free_network(const bob::Network* network) { delete network; }
 
-/// planes: (C, height, width) of a G-buffer; output: (channels of the network's outputs, height, width), whose rows from `begin` to
-/// before `end` are finished.
+/// planes: (C, height, width) of a G-buffer; output: (channels of the network's outputs, height, width), finished in
+/// the rows `begin` to `end` - 1.
 EXPORT(run_network)
 bool run_network(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output,
                  std::int32_t begin, std::int32_t end) {
@@ -88,7 +88,8 @@ bool run_network(const bob::Network* network, const float* planes, std::int32_t 
     });
 }
 
-/// Improves what a network made of a G-buffer where traced pixels of the lattice agree, in the rows from `begin` to before `end`.
+/// Interpolates a network's output for a G-buffer where traced pixels of the lattice agree. Only the rows `begin` to
+/// `end` - 1 are finished.
 EXPORT(interpolate_lattice)
 bool interpolate_lattice(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output,
                          std::int32_t begin, std::int32_t end) {
@@ -98,7 +99,7 @@ bool interpolate_lattice(const bob::Network* network, const float* planes, std::
     });
 }
 
-/// Puts the traced pixels of a G-buffer back into what a network made of it.
+/// Restores the traced pixels of a G-buffer in a network's output.
 EXPORT(keep_known)
 bool keep_known(const bob::Network* network, const float* planes, std::size_t pixels, float* output) {
     return attempt([&] {
@@ -107,7 +108,7 @@ bool keep_known(const bob::Network* network, const float* planes, std::size_t pi
     });
 }
 
-/// Completes the colours of a G-buffer of bob::colored_layout whose gray is completed; color: (3, height, width).
+/// Completes the colours of a G-buffer of bob::colored_layout with completed gray; color: (3, height, width).
 EXPORT(complete_color)
 bool complete_color(const float* planes, const float* gray, std::int32_t height, std::int32_t width, float* color) {
     return attempt([&] {
@@ -127,7 +128,8 @@ const bob::ErrorPredictor* make_predictor(const bob::Weights* weights) {
 }
 EXPORT(free_predictor) void free_predictor(const bob::ErrorPredictor* predictor) { delete predictor; }
 
-/// planes: (C, height, width) of a G-buffer; gray: a network's own output; error: what is expected, both (height, width).
+/// planes: (C, height, width) of a G-buffer; gray: a network's own output, and error: its predicted error, both
+/// (height, width).
 EXPORT(predict_error)
 bool predict_error(const bob::ErrorPredictor* predictor, const float* planes, const float* gray, std::int32_t height,
                    std::int32_t width, float* error) {

@@ -1,4 +1,4 @@
-/// A shape as the WebAssembly modules hold it.
+/// A shape in the WebAssembly modules.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-/// Formulas, and shapes other than meshes, in the WebAssembly module: what core.mesh.wasm does without.
+/// Formulas, and shapes other than meshes, in the WebAssembly module; core.mesh.wasm omits them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,7 +32,7 @@ const T* take(const T*& from, std::size_t count) {
     return std::exchange(from, from + count);
 }
 
-/// Knots in the number that `count` control points of a degree have.
+/// The knots for `count` control points of a degree.
 std::vector<double> take_knots(const double*& from, std::int32_t count, std::int32_t degree) {
     expect(degree >= 1 && degree <= bob::max_degree && count > degree, "degree: expected 1..9, less than control points");
     const auto knots = static_cast<std::size_t>(count + degree + 1);
@@ -46,13 +46,13 @@ std::vector<bob::Homogeneous<N>> take_points(const double*& from, std::size_t co
     return {first, first + count};
 }
 
-/// A formula, and that of its surface's colour if it has one.
+/// A formula, and optionally one for its surface's colour.
 struct Formula {
     bob::Expression f;
     std::shared_ptr<const bob::ColorFormula> color = nullptr;
 };
 
-/// ops: (n,), operands: (n, 3), values: (n,), as bob::nodes_of takes them.
+/// ops: (n,), operands: (n, 3), values: (n,), as for bob::nodes_of.
 void read_nodes(const std::vector<bob::Node>& nodes, std::uint8_t* ops, std::uint32_t* operands, double* values) {
     for (const bob::Node& node : nodes) {
         *ops++ = static_cast<std::uint8_t>(node.op);
@@ -82,7 +82,7 @@ bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
 
 // ---- Formulas --------------------------------------------------------------------------------------------
 
-/// sizes: (meshes, 2), vertices: (v, 3), triangles: (t, 3), as bob::MeshArrays has them.
+/// sizes: (meshes, 2), vertices: (v, 3), triangles: (t, 3), as in bob::MeshArrays.
 EXPORT(make_meshes)
 bob::Meshes* make_meshes(const std::uint32_t* sizes, std::size_t meshes, const float* vertices, std::size_t v,
                          const std::uint32_t* triangles, std::size_t t) {
@@ -93,7 +93,7 @@ bob::Meshes* make_meshes(const std::uint32_t* sizes, std::size_t meshes, const f
 
 EXPORT(free_meshes) void free_meshes(bob::Meshes* meshes) { delete meshes; }
 
-/// `meshes` may be null where the formula has none.
+/// `meshes` may be null if the formula has no meshes.
 EXPORT(make_expression)
 Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count,
                          const bob::Meshes* meshes) {
@@ -102,7 +102,7 @@ Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands,
     });
 }
 
-/// Gives the formula's surface a colour; roots: (3,).
+/// Sets the colour of the formula's surface; roots: (3,).
 EXPORT(color_expression)
 bool color_expression(Formula* formula, const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
                       std::size_t count, const std::uint32_t* roots, const bob::Meshes* meshes) {
@@ -126,16 +126,16 @@ EXPORT(run_script) Formula* run_script(const char* source, std::size_t size) {
 
 EXPORT(expression_size) std::size_t expression_size(const Formula* formula) { return formula->f.nodes().size(); }
 
-/// ops: (n,), operands: (n, 3), values: (n,), as make_expression takes them.
+/// ops: (n,), operands: (n, 3), values: (n,), as for make_expression.
 EXPORT(read_expression)
 void read_expression(const Formula* formula, std::uint8_t* ops, std::uint32_t* operands, double* values) {
     read_nodes(formula->f.nodes(), ops, operands, values);
 }
 
-/// 0 where the surface has no colour.
+/// 0 if the surface has no colour.
 EXPORT(color_size) std::size_t color_size(const Formula* formula) { return formula->color ? formula->color->nodes().size() : 0; }
 
-/// As color_expression takes them, of a formula whose surface has a colour.
+/// As for color_expression; the surface must have a colour.
 EXPORT(read_color)
 void read_color(const Formula* formula, std::uint8_t* ops, std::uint32_t* operands, double* values, std::uint32_t* roots) {
     read_nodes(formula->color->nodes(), ops, operands, values);
@@ -144,7 +144,7 @@ void read_color(const Formula* formula, std::uint8_t* ops, std::uint32_t* operan
 
 EXPORT(free_expression) void free_expression(Formula* formula) { delete formula; }
 
-/// bounds: (2, 3), NaN where the formula is positive everywhere. Fails where it has none.
+/// bounds: (2, 3), NaN if the formula is positive everywhere. Fails if it has no bounds.
 EXPORT(find_bounds) bool find_bounds(const Formula* formula, double* bounds) {
     return attempt([&] {
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -156,7 +156,7 @@ EXPORT(find_bounds) bool find_bounds(const Formula* formula, double* bounds) {
 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
-/// bounds: (2, 3), or null where they are to be found.
+/// bounds: (2, 3), or null to find them.
 EXPORT(make_implicit) Shape* make_implicit(const Formula* formula, const double* bounds) {
     return attempt([&] {
         const bob::ColorFormula* const color = formula->color.get();

@@ -1,4 +1,5 @@
-/// A module whose memory several workers share: what lends it a thread, and what zig's library has for one thread alone.
+/// Threads for a module with memory shared by workers: lent threads, and the thread-safe parts that zig's library
+/// lacks.
 
 #include <algorithm>
 #include <atomic>
@@ -40,7 +41,7 @@ constexpr std::size_t usual = alignof(std::max_align_t);
 
 }  // namespace
 
-// All others call these.
+// All other forms call these.
 void* operator new(std::size_t size) { return allocated_or_thrown(size, usual); }
 void* operator new(std::size_t size, std::align_val_t alignment) { return allocated_or_thrown(size, static_cast<std::size_t>(alignment)); }
 void operator delete(void* memory) noexcept { freed(memory); }
@@ -60,7 +61,7 @@ namespace {
 
 enum : std::uint8_t { nothing = 0, made = 1 };
 
-/// The first byte, which compiled code reads, says whether the object is made; the second is taken by who makes it.
+/// Compiled code reads the first byte: whether the object exists. A thread that constructs it takes the second.
 struct Guard {
     std::atomic<std::uint8_t> state;
     std::atomic_flag taken;
@@ -116,13 +117,13 @@ void __wasm_init_tls(void* memory);
 
 // ---- Threads -------------------------------------------------------------------------------------------------
 
-/// Lends the core this thread, whose stack is set; never returns.
+/// Lends this thread, whose stack is set, to the core; never returns.
 EXPORT(lend_thread) void lend_thread() {
     __wasm_init_tls(allocated_or_thrown(__builtin_wasm_tls_size(), __builtin_wasm_tls_align()));
     bob::lend_thread();
 }
 
-/// Lets so many threads work from now on, or as many as there are, and returns that.
+/// Sets the number of working threads, at most all that were lent, and returns it.
 EXPORT(set_threads) int set_threads(int count) {
     bob::set_thread_count(count);
     return bob::thread_count();

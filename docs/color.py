@@ -1,4 +1,4 @@
-"""Draws docs/color.png: materials, a texture and colours of vertices, completed from a tenth of the pixels, and exact.
+"""Draws docs/color.png: materials, a texture and vertex colours, completed from a tenth of the pixels, and exact.
 
 python docs/color.py
 """
@@ -19,7 +19,7 @@ CAMERA = bob.Camera(azimuth=35, elevation=30, zoom=1.15, pan=(0.1, 0))
 
 
 def ball(**colors: NDArray[np.float64] | NDArray[np.uint8]) -> bob.Mesh:
-    """A unit ball's mesh with uv."""
+    """Return a unit ball's mesh with uv."""
     u, v = np.meshgrid(np.linspace(0, 1, 97), np.linspace(0, 1, 49), indexing="ij")
     around, down = 2 * np.pi * u, np.pi * v
     points = np.stack([np.cos(around) * np.sin(down), np.sin(around) * np.sin(down), np.cos(down)], -1).reshape(-1, 3)

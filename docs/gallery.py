@@ -1,6 +1,6 @@
-"""Draws the gallery: every word of the modelling language, and what can be made of them. Writes docs/gallery.md with
-the code of each picture, the sheets of pictures in docs/gallery, and docs/shapes.png and docs/nurbs.png, the README's
-strips of them.
+"""Draws the gallery: every word of the modelling language, and models made with them. Writes docs/gallery.md with the
+code of each picture, the sheets of pictures in docs/gallery, and the README's strips of them, docs/shapes.png and
+docs/nurbs.png.
 
 python docs/gallery.py
 """
@@ -31,8 +31,10 @@ ABOVE = bob.Camera(azimuth=-90, elevation=90)
 
 @dataclass(frozen=True)
 class Section:
-    """Pictures that share a sheet, `columns` in a row: the code of each by its caption. What the last line of the code
-    makes is drawn. They share `helpers`, lines of code that are listed before them."""
+    """Pictures of one sheet, `columns` in a row: the code of each by its caption.
+
+    The value of the last line is drawn. All share `helpers`, lines of code listed before them.
+    """
 
     title: str
     code: dict[str, str]
@@ -46,7 +48,7 @@ class Section:
         return f"gallery/{self.title.lower().replace(' ', '_')}.png"
 
 
-# ---- What is drawn ---------------------------------------------------------------------------------------
+# ---- Drawn models ----------------------------------------------------------------------------------------
 
 SOLIDS = {
     "sphere": "sphere(1)",
@@ -459,7 +461,7 @@ NURBS_HIGHLIGHTS = ["a vase", "a lantern", "a ring of ribbons", "a sea shell", "
 
 
 def made(code: str, helpers: str = "") -> bob.Scene:
-    """What the last line of the code makes, as a scene."""
+    """Return the value of the code's last line, as a scene."""
     names: dict[str, Any] = {"bob": bob}
     exec(f"from bobrossnet.sdf import *\n{helpers}", names)
     module = ast.parse(code)
@@ -471,14 +473,14 @@ def made(code: str, helpers: str = "") -> bob.Scene:
 
 
 def draw(section: Section, caption: str, side: int) -> tuple[NDArray[np.uint8], str]:
-    """(side, side) uint8, or (side, side, 3) where anything has a colour, every pixel traced, and the caption."""
+    """Return the fully traced picture, (side, side) uint8, or (side, side, 3) if coloured, and its caption."""
     scene = made(section.code[caption], section.helpers)
     seen = bob.trace(scene, section.camera, size=(side, side))
     return color_to_8_bit(seen.color) if scene.is_colored else to_8_bit(seen.gray), caption
 
 
 def sheet(section: Section) -> NDArray[np.uint8]:
-    """All pictures of a section in rows, each above its caption: (H, W) uint8, or (H, W, 3) if any has colours."""
+    """Return all pictures of a section in rows, above their captions: (H, W) uint8, or (H, W, 3) if any is coloured."""
     side = SHEET_WIDTH // section.columns - GAP
     panels = [draw(section, caption, side) for caption in section.code]
     panels += [(np.full((side, side), 255, np.uint8), "")] * (-len(panels) % section.columns)
@@ -488,7 +490,7 @@ def sheet(section: Section) -> NDArray[np.uint8]:
 
 
 def strip(names: list[str]) -> NDArray[np.uint8]:
-    """Highlights in a row: (H, W) uint8."""
+    """Return highlights in a row: (H, W) uint8."""
     side = SHEET_WIDTH // len(names) - GAP
     pictures = [draw(section, name, side)[0] for name in names for section in SECTIONS if name in section.code]
     return np.concatenate(pictures, axis=1)
@@ -518,7 +520,7 @@ def document() -> str:
 
 
 def _listing(caption: str, code: str) -> str:
-    """Code of one line says itself what it is."""
+    """Return the code's listing; one line of code needs no caption."""
     return f"# {caption}\n{code.strip()}\n" if code.startswith("\n") else code
 
 

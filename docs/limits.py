@@ -1,5 +1,5 @@
-"""What limits the report's network: it is trained by other recipes, on other data, and with the other decoder that has
-as many parameters. A section of docs/report.md, written there by docs/report.py; by itself this prints it.
+"""Limits of the report's network: trained by other recipes, on other data, and with the other decoder of equal size.
+A section of docs/report.md, written there by docs/report.py; by itself this prints it.
 
     python docs/limits.py [--shapes FOLDER] [--work DIR]
 """
@@ -37,12 +37,15 @@ MESHES = (
     "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "
     "vehicles"
 )
-"""Folders of real meshes, which the report's shapes were as well."""
+"""Folders of real meshes, like the report's shapes."""
 
 
 class EarlySkip(Paper):
-    """The report's network by the other reading of its counts: decoding layers upsample first, and the skip joins
-    before layer 4, which then has 40 channels in, and layer 5 has 5. PyTorch alone has it."""
+    """The report's network by the other reading of its parameter counts. Only PyTorch has it.
+
+    Decoding layers upsample first, and the skip joins before layer 4, which then has 40 input channels, and layer 5
+    has 5.
+    """
 
     def __init__(self, groups: int = 4) -> None:
         super().__init__(groups)
@@ -116,15 +119,15 @@ def main() -> None:
 def section(
     work: Work, own: Dataset, paper: Path, shapes: Path, *, epochs: int | None = None, limit: int | None = 31
 ) -> list[str]:
-    """Train what is missing of the recipes, measure all of them on test samples of both kinds, and tell.
+    """Train the missing recipes, evaluate all of them on test samples of both kinds, and return the section.
 
     Parameters
     ----------
-    own : the data set of shapes that the package makes
+    own : the data set of procedural shapes
     paper : weights of the report's recipe
     shapes : folder with folders of real meshes
-    epochs : at most, of each recipe
-    limit : how many real shapes are tested with
+    epochs : maximum number for each recipe
+    limit : number of real shapes for the test
     """
     files = [place for name in MESHES.split() if (place := shapes / name).is_dir()]
     with work.timed("data set of real meshes"):
@@ -144,25 +147,25 @@ def section(
         of_all = evaluate_dataset(real, [paper], fractions=STAGES, fillings=())
     return [
         "## What limits the network",
-        "The same network by other recipes, on samples of other shapes: patches of views of 128², 256², 512² pixels, "
-        "as the report's were. Raw is the network's own output at each pixel; kept has traced pixels put back, and "
-        "what `complete` interpolates.",
+        ahead(of_real, of_all, paper),
+        "The same network by other recipes, on patches of views of 128², 256² and 512² pixels, as in the report. Raw "
+        "is the network's output at each pixel. Kept is `complete`: traced pixels are put back, and pixels between "
+        "those that agree are interpolated.",
         "\n".join(
             [
                 "- **paper**: the report's recipe, as above.",
                 *(f"- **{recipe.name}**: {recipe.what}; {recipe.config.epochs} epochs." for recipe in RECIPES),
             ]
         ),
-        told("The test samples of our own shapes", of_own, weights),
-        told(f"Test samples of {len(set(of_real.shapes))} real meshes that none was trained on", of_real, weights),
-        verdict(of_real, paper),
-        verdict(of_all, paper),
+        scores("Test samples of our own shapes", of_own, weights),
+        scores(f"Test samples of {len(set(of_real.shapes))} real meshes, never trained on", of_real, weights),
+        differences([of_real, of_all], paper),
         decoders(work, own, 7 if epochs is None else epochs),
     ]
 
 
 def decoders(work: Work, own: Dataset, epochs: int) -> str:
-    """Train the other decoder by the report's recipe for some epochs, and tell how both stand in validation then."""
+    """Train the other decoder by the report's recipe for some epochs, and compare both networks' validation."""
     run = work.folder / EARLY_SKIP
     with work.timed(f"training of {EARLY_SKIP}"):
         train(TrainConfig(network=EARLY_SKIP, epochs=epochs), own, run)
@@ -171,29 +174,47 @@ def decoders(work: Work, own: Dataset, epochs: int) -> str:
     ]
     counts = [network().multiply_adds() for network in (Paper, EarlySkip)]
     return (
-        "The report's counts of parameters fit another decoder as well: the skip joins before layer 4, 40 → 5, and "
-        f"layer 5 is 5 → 5. It takes {counts[1]:,.0f} multiply-adds a pixel instead of {counts[0]:,.0f}. Both by the "
-        f"report's recipe after {epochs} epoch{'s' * (epochs > 1)}, in validation:\n\n"
+        "The report's parameter counts also fit another decoder: the skip joins before layer 4, 40 → 5, and layer 5 is "
+        f"5 → 5. It needs {counts[1]:,.0f} multiply-adds per pixel rather than {counts[0]:,.0f}. Validation after "
+        f"{epochs} epoch{'s' * (epochs > 1)} of the report's recipe:\n\n"
         + table(["SSIM", *(f"{100 * stage:g} %" for stage in STAGES)], rows, left=True)
     )
 
 
 def scores_after(epochs: int, run: Path) -> list[str]:
-    """The SSIM in validation at each stage, of a training that went on for so many epochs or more."""
+    """Return the validation SSIM at each stage, of a training of at least `epochs` epochs."""
     with (run / LOG).open(encoding="utf-8") as file:
         row = list(csv.DictReader(file))[epochs - 1]
     return [f"{float(row[name]):.4f}" for name in SSIM_COLUMNS]
 
 
-def verdict(result: Evaluation, paper: Path) -> str:
-    """How far the report's recipe is from the report on real meshes."""
-    pairs = zip(STAGES, result.mean(raw(paper.stem)), reference.SSIM.values(), strict=True)
-    each = ", ".join(f"{ours:.4f} ({ours - theirs:+.4f}) at {100 * stage:g} %" for stage, ours, theirs in pairs)
-    return f"On {len(set(result.shapes))} real meshes the raw output of the report's recipe, beside the report: {each}."
+def from_the_report(result: Evaluation, paper: Path) -> list[tuple[float, float]]:
+    """Return the SSIM of the report's recipe at each stage, and its difference from the report."""
+    pairs = zip(result.mean(raw(paper.stem)), reference.SSIM.values(), strict=True)
+    return [(float(ours), float(ours - theirs)) for ours, theirs in pairs]
 
 
-def told(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
-    """A table of SSIM: what networks make of all pixels, and then with traced pixels kept, beside fillings."""
+def ahead(some: Evaluation, more: Evaluation, paper: Path) -> str:
+    """Return a sentence: at how many stages the report's recipe is above the report on real meshes."""
+    counts = [sum(difference > 0 for _, difference in from_the_report(result, paper)) for result in (some, more)]
+    return (
+        f"On {len(set(some.shapes))} real meshes the report's recipe is above the report at {counts[0]} of "
+        f"{len(STAGES)} stages, on {len(set(more.shapes))} at {counts[1]}."
+    )
+
+
+def differences(results: Sequence[Evaluation], paper: Path) -> str:
+    """Return a table of the recipe's raw output on real meshes, and its difference from the report."""
+    rows = [
+        [f"{len(set(result.shapes))}", *(f"{ours:.4f} ({by:+.4f})" for ours, by in from_the_report(result, paper))]
+        for result in results
+    ]
+    title = "The raw output of the report's recipe on real meshes, and in parentheses its difference from the report:"
+    return f"{title}\n\n" + table(["real meshes", *(f"{100 * stage:g} %" for stage in STAGES)], rows, left=True)
+
+
+def scores(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
+    """Return a table of SSIM: networks' raw output and with traced pixels kept, and fillings."""
     names = [path.stem for path in weights]
     rows = [["the report, on its own shapes", *(f"{value:.4f}" for value in reference.SSIM.values())]]
     methods = (*map(raw, names), *map(kept, names), *FILLINGS)

@@ -1,5 +1,6 @@
-"""Writes what is made from the modelling language's table: docs/modelling.md, and the stubs by which editors and type
-checkers know the words of d2, d3 and ease.
+"""Writes the files generated from the modelling language's table.
+
+These are docs/modelling.md, and the stubs of d2, d3 and ease for editors and type checkers.
 
 python docs/modelling.py
 """
@@ -19,32 +20,35 @@ LINE = 120
 
 HEAD = """# The modelling language
 
-Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
-for it runs once its first line says `from bobrossnet.sdf import *`.
-`f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.3mf")` writes the formula itself, in
-millimetres, by 3MF's Volumetric and Implicit Extensions; `f.save("part.png", camera=bob.Camera(azimuth=30))`
-draws a picture without any. Shapes are traced like any others: `bob.trace(f)`.
+Shapes are formulas, negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
+for it runs with the first line `from bobrossnet.sdf import *`.
+`f.save("part.stl")` writes triangles with sharp edges; `f.save("part.3mf")` writes the formula itself, in millimetres,
+by 3MF's Volumetric and Implicit Extensions; `f.save("part.png", camera=bob.Camera(azimuth=30))` draws a picture
+without triangles. `bob.trace(f)` traces a shape like any other.
 
-`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` is b with a radius for the edge that the
-next of them leaves where it joins b to something: `a - b.k(0.1)`; b itself stays as it is, as shapes always do. Angles
-are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. Where a number or a vector is
-accepted, a number applies to all axes. Where an easing is expected, any function of t made of operators and numpy's
-functions will do.
+`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge of the next operation
+on b with this radius: `a - b.k(0.1)`. The shape b itself does not change; no shape ever does. Angles are in radians;
+`degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. A number in place of a vector applies to all
+axes. An easing may be any function of t made of operators and numpy's functions.
 
-`f.color("#c33")` gives a colour, as "#rrggbb" or as three numbers in 0..1 of linear light; in Python also as a function
-of points (n, 2 or 3) that returns (n, 3). It goes where the shape goes: unions show the colour of the surface that is
-seen, and k blends colours as it blends shapes. What is cut has the tool's colour if that has one:
-`part - hole.color("#c33")` is a white part with red holes, `part.color("#c33") - hole` red throughout. In an
-intersection a shape without a colour has that of the other; elsewhere it is white.
+`f.color("#c33")` colours a shape: "#rrggbb", a CSS color name, three numbers in 0..1 of linear light, or in Python a
+function of points (n, 2 or 3) that returns (n, 3). Unions show the colour of the visible surface, and k blends
+colours as it blends shapes. A cut has the tool's colour if the tool has one: `part - hole.color("#c33")` is a white
+part with red holes, `part.color("#c33") - hole` is red throughout. In an intersection, a shape without a colour takes
+the other's; elsewhere it is white.
 
-A name that exists in two and in three dimensions means three, but an operation on a flat shape is the flat one; `d2`
-and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`, `@sdf3`,
-`@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
+A name that exists in two and in three dimensions means the 3D form, except for an operation on a flat shape; `d2` and
+`d3` contain both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`,
+`@sdf3`, `@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
 
-Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` respects its center; repeated
-corners of a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value; and
-k is taken when shapes are joined, not when they are evaluated. Text and pictures are where those of fogleman/sdf are,
-but have outlines instead of pixels, and meshes have distances from their triangles instead of a grid's.
+Every value equals fogleman/sdf's, with these exceptions:
+
+- `rounded_rectangle` respects its center.
+- Places where a formula there divides 0 by 0, such as repeated corners of a polygon or the centre of an ellipsoid,
+  have a value.
+- k applies when shapes are joined, not when they are evaluated.
+- Text and pictures have outlines instead of pixels, and meshes have distances from their triangles instead of a
+  grid's.
 
 This list is made by docs/modelling.py from the table in core/modelling.
 """
@@ -53,26 +57,26 @@ TEXT_AND_PICTURES = """## Text and pictures
 
 | | |
 |---|---|
-| `text(font_name, text, width=None, height=None)` | A line of text, from a font file or the name of one. |
-| `measure_text(font_name, text, width=None, height=None)` | How wide and high it is. |
-| `image(path_or_array, width=None, height=None, pixels=4194304)` | What is white in a picture. |
-| `measure_image(path_or_array, width=None, height=None)` | How wide and high it is. |
+| `text(font_name, text, width=None, height=None)` | A line of text, from a font file or the name of a font. |
+| `measure_text(font_name, text, width=None, height=None)` | Its width and height. |
+| `image(path_or_array, width=None, height=None, pixels=4194304)` | The white region of a picture. |
+| `measure_image(path_or_array, width=None, height=None)` | Its width and height. |
 
-These are flat shapes around the origin, of height 1 if nothing else is said, and of Python alone: scripts and the page
-read neither fonts nor pictures, but show what was saved as `.bob`. Text needs fontTools: `pip install '.[text]'`.
+These are flat shapes around the origin, by default of height 1. They exist in Python only: scripts and the page
+read neither fonts nor pictures, but show them in `.bob` files. Text needs fontTools: `pip install '.[text]'`.
 
-Letters are outlines of lines and arcs that follow the font's curves, TrueType's or those of CFF, to 3e-5 of the font's
-size; what overlaps is one. They follow each other by their widths and the font's `kern` table: ligatures are not made,
-and scripts that join or reorder their letters are not shaped. Width is measured from where the first letter begins to
-where another would follow, spaces included, height from the lowest to the highest point, as Pillow does.
+Letters are outlines of lines and arcs that follow the font's curves, TrueType or CFF, to 3e-5 of the font's size;
+overlapping contours are united. Spacing follows the letters' widths and the font's `kern` table. There are no
+ligatures, and joining scripts are not shaped. The width spans from the start of the first letter to the end of the
+last one's advance, spaces included; the height from the lowest to the highest point, as in Pillow.
 
-A picture's outline is where gray is half of white, between pixels as well, simplified by at most a quarter of a pixel;
-pictures of more pixels than `pixels` are made smaller first. White that reaches the frame ends there, its corners cut
-by half a pixel.
+A picture's outline follows half of white, between pixels as well, simplified by at most a quarter of a pixel;
+pictures with more than `pixels` pixels are reduced first. White regions end at the frame, with corners cut by half a
+pixel.
 
-Distances are those from these outlines, exact. A dozen letters are ready to be traced in half a second. Beyond about
-fifty, or for an intricate picture, preparing takes seconds and tracing gets slow: make a shape of each line of text,
-and put them into one scene.
+Distances from these outlines are exact. A dozen letters are ready in half a second. More than about fifty letters, or
+an intricate picture, take seconds to prepare and trace slowly: make one shape per line of text, and put them into one
+scene.
 """
 
 MESHES = """## Meshes
@@ -80,22 +84,22 @@ MESHES = """## Meshes
 | | |
 |---|---|
 | `Mesh.from_file(path)` | A mesh from a .stl, .ply, .obj, .off, .glb, .gltf or .3mf file. |
-| `Mesh(vertices, triangles)` | A mesh of arrays, as `bob.Mesh` takes them. |
+| `Mesh(vertices, triangles)` | A mesh of arrays, as in `bob.Mesh`. |
 | `mesh.sdf(voxel_size=None, half_width=None)` | Its inside, a solid in the mesh's units. |
 
-These are of Python alone: scripts and the page read no meshes for their formulas, but show what was saved as `.bob`.
+These exist in Python only: scripts and the page read no meshes for their formulas, but show them in `.bob` files.
 
-A solid of a mesh is one like any other: cut, rounded, hollowed, bent, coloured and repeated. Distances are exact
-everywhere, those from the triangles, whose corners are rounded to 1e-7 of the mesh's size. There is no grid:
-`voxel_size` and `half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets show.
+A mesh's solid can be cut, rounded, hollowed, bent, coloured and repeated like any other. Its distances are exact
+everywhere: from the triangles, with corners rounded to 1e-7 of the mesh's size. There is no grid: `voxel_size` and
+`half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets are visible.
 
-The mesh has to be closed: every edge is in as many triangles in the one direction as in the other, where vertices of
-equal coordinates, as STL has them, are one. If not, the error says how many edges are open, or lie between triangles
-that wind against each other. Inside is what the surface winds around, whether clockwise or anticlockwise, so parts may
-overlap; distances are then also those from what the parts hide of each other.
+The mesh must be closed: every edge lies in equally many triangles in both directions, after vertices with
+equal coordinates are merged. Otherwise the error counts the open edges, or the edges between triangles of opposite
+winding. The inside is the region that the surface winds around, clockwise or anticlockwise, so parts may
+overlap; distances then include hidden surfaces.
 
-On two cores, 70,000 triangles are ready to be traced in two seconds, 350,000 in five. A ray takes longer than in
-the mesh itself, whose picture is the same: trace `bob.Mesh` where nothing is done to it.
+On two cores, 70,000 triangles are ready in two seconds, 350,000 in five. A ray takes longer than in
+`bob.Mesh`, with the same picture: trace `bob.Mesh` if no operation follows.
 """
 
 SECTIONS = [
@@ -118,7 +122,7 @@ def document() -> str:
 
 
 def _called(word: Word) -> str:
-    """As it is written: operations as methods, of what comes first."""
+    """Return the call as written: operations as methods of their first argument."""
     if word.kind == "shape":
         return word.describe()
     if word.kind == "easing":
@@ -237,7 +241,7 @@ def _typed(word: Word, parameter: Parameter) -> str:
 
 
 def files() -> dict[Path, str]:
-    """What is written where."""
+    """Return the generated texts by path."""
     package = ROOT / "src/bobrossnet/sdf"
     return {
         ROOT / "docs/modelling.md": document(),

@@ -1,9 +1,9 @@
-"""Writes what the viewer's page shows in its gallery, out of the gallery here: viewer/gallery.
+"""Writes the gallery of the viewer's page, viewer/gallery, from the gallery here.
 
 python docs/page_gallery.py
 
-The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put
-beside them when the package is built.
+The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are
+added when the package is built.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SCRIPTS = {
     "toadstool": "toadstool",
     "vase": "vase with flutes",
 }
-"""Titles of those in the folder and in examples/."""
+"""Titles of the scenes in the folder and in examples/."""
 IMPLICITS = ["gyroid", "tanglecube", "heart", "metaballs"]
 SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]
 

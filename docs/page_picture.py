@@ -1,4 +1,4 @@
-"""Writes docs/page.png: the viewer's page while a scene is turned, the traced pixels beside the completed picture.
+"""Writes docs/page.png: the viewer's page while a scene is turned, with the traced pixels and the completed picture.
 
 python docs/page_picture.py
 
@@ -19,7 +19,7 @@ from bobrossnet.page.server import Server
 
 WIDTH, HEIGHT = 1280, 720
 SCENE = "happy_tree.bob"
-TURNS = 8  # pictures, by when it is known how fast rays are here
+TURNS = 8  # pictures until the throughput of rays has been measured
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Draws docs/perspective.png: a scene from afar, from near and from within, completed from a quarter of its pixels.
+"""Draws docs/perspective.png: a scene from far, near and inside, completed from a quarter of its pixels.
 
 python docs/perspective.py
 """

@@ -1,10 +1,9 @@
-"""Measures how good and how steady pictures are, for networks and pixel orders, and writes docs/quality.md.
+"""Measure the errors and the flicker of completed pictures by network and pixel order, and write docs/quality.md.
 
     python docs/quality.py [--scale small] [--shapes FOLDER] [--limit N] [--weights NAME] [--work DIR]
 
-What was measured stays in DIR, and is not measured again: of a network for as long as its weights are the same, of a
-pixel order for as long as its pixels are. The small scale does the same with few shapes in a minute, and leaves docs/
-alone: it writes to DIR.
+DIR keeps the results. A network is measured again only if its weights change, a pixel order only if its pixels change.
+The small scale takes a minute with a few shapes and writes its page to DIR, not to docs/.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from bobrossnet.learn.evaluation.methods import kept
 from bobrossnet.learn.evaluation.runs import Run, label
 from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder, with_colors
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
-from bobrossnet.learn.evaluation.stability import Stability, measure_stability
+from bobrossnet.learn.evaluation.stability import LEVELS, Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, FIXED_ORDERS
@@ -39,19 +38,19 @@ from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
-LATTICE = "lattice"  # the best of those that do not depend on what is seen
+LATTICE = "lattice"  # the best order that does not depend on the picture
 ORDERS = (*FIXED_ORDERS, ADAPTIVE)
-REPORT = "paper"  # its network
+REPORT = "paper"  # the report's network
 LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
 STEADY_FILLINGS = (LINEAR, "pull-push")
 SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
 SHOWN_OF_ORDERS = (0.02, 0.05, 0.1)
 SHOWN_OF_FAILURES = (0.05, 0.25)
-COST_AT = 0.05  # the share for which quality stands beside milliseconds
+COST_AT = 0.05  # share of the pixels for comparing quality with milliseconds
 PANELS = (
     f"From the left: the pixels traced in order {DEFAULT_ORDER}; {LINEAR}, {REPORT} (the report's network) and ours, "
-    f"each from as many pixels in order {UNIFORM}; ours from the pixels at the left; all pixels. Numbers are SSIM."
+    f"from the same number of {UNIFORM} pixels; ours from the {DEFAULT_ORDER} ones; all pixels. Numbers are SSIM."
 )
 CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
@@ -60,22 +59,25 @@ BY_NEED = {
     256: {0.02: -0.28, 0.05: -0.42, 0.1: -0.62, 0.25: -0.87},
     512: {0.02: -0.40, 0.05: -0.62, 0.1: -0.86, 0.25: -0.98},
 }
-"""By the size of pictures: changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the
-share of traced pixels."""
-WORSE = 0.005  # of SSIM, by which a single picture may be worse
-FOVS = (0, 35, 60)  # degrees in which perspective is compared; 0 is orthographic
-GOOD = (0.95, 0.99)  # SSIM that takes so many rays
+"""Target changes of 1 - SSIM from the lattice to the adaptive order, by the size of pictures and the share of traced
+pixels."""
+WORSE = 0.005  # loss of SSIM above which a single picture is counted
+FOVS = (0, 35, 60)  # fields of view in degrees; 0 is orthographic
+GOOD = (0.95, 0.99)  # SSIM for which the share of pixels is given
+
+KNOWN_BELOW, KNOWN_CLOSE = 0.9, 0.8
+"""Target shares of pictures with a true error below the expected one, and within a factor of two of it."""
 
 IN_COLOR = -0.2
-"""Change of FLIP from linear filling of each component that is to be reached in colour, at every share of `SHOWN`."""
+"""Target change of FLIP from linear filling of each colour component, at every share of `SHOWN`."""
 
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
 AT_MOST_LATTICE = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
-"""Changes of 1 - SSIM from linear filling with uniform order that are to be reached, by the share of traced pixels."""
+"""Target changes of 1 - SSIM from linear filling in order uniform, by the share of traced pixels."""
 
 
 class Subject(NamedTuple):
-    """A shape that pictures are drawn of. All of these may be shown by anyone."""
+    """A shape to draw. The licences of all of them permit that."""
 
     file: str
     what: str
@@ -101,7 +103,7 @@ THIN = (
     "scans/stanford_drill_bit.ply",
     "vehicles/pirate_ship.ply",
 )
-"""Shapes with thin parts, which the first pixels may miss."""
+"""Shapes with parts so thin that the first pixels may miss them."""
 
 FAILURES = (
     Subject("anatomy_bio/coronavirus.ply", "thin spikes", bob.Camera(azimuth=30, elevation=20)),
@@ -114,22 +116,22 @@ FAILURES = (
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is measured."""
+    """Sizes and counts of the measurements."""
 
-    real: int | None = None  # files of real shapes, at most
-    own: int = 64  # shapes of the package's own
-    steady_real: int = 16  # of which stability is measured
+    real: int | None = None  # maximum of files of real shapes; None: all
+    own: int = 64  # shapes made by the package
+    steady_real: int = 16  # real shapes for stability
     steady_own: int = 8
-    size: int = 256  # of pictures that are measured
-    large: int = 512  # of those in which orders are compared once more
-    large_real: int = 96  # shapes in them
-    perspective_real: int = 20  # shapes that are seen in perspective
-    colored: int = 24  # shapes in colour, of each sort
-    known_real: int = 96  # shapes of which the expected errors are compared with the true ones
-    panel: int = 176  # of those that are shown
+    size: int = 256  # of measured pictures
+    large: int = 512  # of pictures for the second comparison of orders
+    large_real: int = 96  # shapes in these pictures
+    perspective_real: int = 20  # shapes in perspective
+    colored: int = 24  # coloured shapes of each kind
+    known_real: int = 96  # shapes for comparing expected and true errors
+    panel: int = 176  # size of the panels in the document
     fractions: tuple[float, ...] = FRACTIONS
     frames: int = 20
-    runs: int = 11  # to measure milliseconds
+    runs: int = 11  # timed runs
 
 
 SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
@@ -194,15 +196,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
         draw_costs(pictures / "costs", real or own, costs)
-    tried = ROOT / "docs" / "quality" / "tried.md"
     parts = [
         "# How good the pictures are",
-        "Networks and fillings, with each pixel order and at every share of traced pixels, on the same pictures: real "
-        "shapes, which nothing was trained on, and shapes that the package makes itself, which are in no data set. "
-        "Networks' pictures are those of `complete`: traced pixels are kept, and where traced pixels of the lattice "
-        "agree, what lies between them is interpolated. Rows are named by method and order; the default order is "
-        f"**{DEFAULT_ORDER}**. Intervals are 95 % confidence intervals for other shapes of the same kind. "
-        f"`make quality{' SCALE=small' * small}` wrote this page.",
+        "Networks and fillings on the same pictures, in each pixel order and at every share of traced pixels. "
+        f"`make quality{' SCALE=small' * small}` wrote this page; [tried.md](tried.md) lists the experiments.",
+        "- **Shapes**: the real ones were never trained on; our own, made by the package, are in no data set.",
+        "- **Completed pictures** keep the traced pixels. Where traced pixels of the lattice agree, `complete` "
+        "interpolates between them.",
+        f"- **Rows** are named by method and pixel order. The default order is {DEFAULT_ORDER}.",
+        "- **Intervals** are 95 % confidence intervals for other shapes of the same kind.",
         *work.circumstances(PACKAGES),
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
         *(quality("Real shapes", "real", real, ours) if real else []),
@@ -210,20 +212,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *in_perspective(by_fov, scale, ours),
         *in_colors({"real shapes that have colours": of_files, "our own shapes": in_color}, scale, ours),
         "## Known error",
-        f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels, traced a hundredth after the other until "
-        "the expected error (`frame.error`, the mean of `uncertainty`, in gray of 0 to 1) is below a limit: how many "
-        "pixels that takes, and in how many of the pictures the true error is then below the expected one, 90 % asked "
-        "for, or both are within a factor of two, 80 % asked for.",
+        known_error_met(known),
+        f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels were traced in steps of 1 % until the "
+        "expected error fell below a limit. The expected error is `frame.error`, the mean of `uncertainty`, in gray "
+        f"from 0 to 1. The targets: in {100 * KNOWN_BELOW:g} % of the pictures the true error is below the expected "
+        f"one, and in {100 * KNOWN_CLOSE:g} % both are within a factor of two.",
         known.table(),
         *quality("Our own shapes", "own", own, ours),
         "## What it costs",
-        "The built-in scene from 5 % of its pixels, in the core; medians of runs in turn.",
+        "The built-in scene from 5 % of its pixels, in the core; medians of alternating runs.",
         cost_table(costs),
         "![milliseconds against SSIM](quality/costs.png)",
         *panels,
         "## Temporal stability",
         *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
-        *(["## What was tried without success", tried.read_text("utf-8").strip()] if tried.exists() else []),
     ]
     (docs / "quality.md").write_text("\n\n".join(parts) + "\n", "utf-8")
     print(f"wrote {docs / 'quality.md'}")
@@ -233,7 +235,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
-    """Measure the network with every order, the report's and linear filling with three, other fillings with one."""
+    """Measure the networks and linear filling in three orders, the other fillings in one."""
     measure = partial(evaluate_scenes, scenes, size=(scale.size, scale.size), fractions=scale.fractions)
     recall = partial(recalled, Evaluation, folder, f"quality-{name}", scenes)
     network = partial(measure, fillings=[], repainting=False)
@@ -284,7 +286,7 @@ def measure_colors(folder: Path, name: str, scenes: Scenes, weights: str, scale:
 
 
 def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> KnownError:
-    """Measure how well the errors of the network's pictures are known, with three orders."""
+    """Compare expected and true errors of the network's pictures in three orders."""
     name, version = content(weights)
     version += sha256(UNCERTAINTY.read_bytes()).hexdigest()
     measure = partial(measure_known_error, scenes, weights, size=(scale.size, scale.size))
@@ -314,16 +316,16 @@ def recalled(
     orders: Sequence[str],
     measure: Callable[..., Any],
 ) -> Any:
-    """Return what `measure` finds with some orders; with those that it was asked for before, what it found then.
+    """Return the result of `measure` for some orders, from files where it was measured before.
 
     Parameters
     ----------
     kind : Evaluation or Stability
-    folder, name : of the files that keep it
-    scenes : what is measured on
-    method, version : what the methods are called, and what tells them from others called so
+    folder, name : of the files with results
+    scenes : to measure on
+    method, version : name of the methods, and a string that changes with their weights
     orders : pixel orders
-    measure : called with those orders that are missing
+    measure : called with the orders that have no file
     """
     files = {}
     picture = bob.trace(bob.happy_tree(), size=(96, 160))
@@ -340,7 +342,7 @@ def recalled(
 
 
 def content(weights: str) -> tuple[str, str]:
-    """The name of weights, which stands in what was measured, and what tells them from others: their file's hash."""
+    """Return the name of weights, as used in results, and the hash of their file."""
     return Path(weights).stem, sha256(weights_path(weights).read_bytes()).hexdigest()
 
 
@@ -348,7 +350,7 @@ def content(weights: str) -> tuple[str, str]:
 
 
 def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[str]:
-    """What was to be reached, line by line, and whether it is."""
+    """Return the tables of targets, with a verdict for each."""
     report, stages = kept(REPORT), [fraction for fraction in result.fractions if fraction < 1]
     verdicts = []
 
@@ -382,24 +384,30 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
     orbits = [f"orbit at {percent(fraction)}" for fraction in steady.orbit_fractions]
     return [
         "## Targets",
-        f'Changes of errors in percent, on {on}. "yes": the whole interval meets the target; "maybe": only the '
-        f"mean does. {verdicts.count('yes')} of {len(verdicts)} are met.",
-        f"1 - SSIM, from {LINEAR} with order {UNIFORM}:",
-        table(["method, order", "traced", "asked for, %", "measured, %", "interval", "met"], rows),
-        f"From {report} with the same order, below 0 asked for:",
+        f"Changes of errors in percent, on {on}. {verdicts.count('yes')} of {len(verdicts)} are met.",
+        '"Yes" means that the whole interval meets the target, "maybe" that only the mean does.',
+        f"Change of 1 - SSIM from {LINEAR} with order {UNIFORM}:",
+        table(["method, order", "traced", "target, %", "measured, %", "interval", "met"], rows),
+        f"Change from {report} with the same order; the target is below 0:",
         table(["change of", *map(percent, stages)], beside_report),
-        "Flicker, below 0 asked for:",
+        "Change of flicker; the target is below 0:",
         table(["change of flicker", "converging", *orbits], beside_flicker),
     ]
 
 
 def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
-    """All scores of a set of pictures."""
+    """Return all scores of a set of pictures."""
     compared = [(ours, order) for order in ORDERS]
+
+    def ssim_at(run: Run) -> str:
+        return f"{result.mean(run)[result.fractions.index(COST_AT)]:.4f}"
+
     return [
         f"## {title}",
-        f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
-        f"![SSIM against the share of traced pixels, and 1 - SSIM beside {LINEAR}](quality/curves-{name}.png)",
+        f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes. At {percent(COST_AT)} of the pixels, "
+        f"{label(result.scores, (ours, ADAPTIVE))} has an SSIM of {ssim_at((ours, ADAPTIVE))}, and "
+        f"{label(result.scores, (LINEAR, UNIFORM))}, the usual method, {ssim_at((LINEAR, UNIFORM))}.",
+        f"![SSIM by the share of traced pixels, and 1 - SSIM relative to {LINEAR}](quality/curves-{name}.png)",
         *(part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))),
         *(
             part
@@ -407,7 +415,7 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
             for part in (
                 f"Gain of {label(result.scores, run)} in SSIM:",
                 result.gain_table(run),
-                f"Change of 1 - SSIM to that of {label(result.scores, run)}, in percent:",
+                f"1 - SSIM of {label(result.scores, run)}, change in percent:",
                 result.error_table(run),
             )
         ),
@@ -415,19 +423,21 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
 
 
 def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str) -> list[str]:
-    """What placing rays by need gains: on all real shapes, on those with thin parts, in large pictures."""
+    """Return the gain of adaptive pixels: on all real shapes, on shapes with thin parts, in large pictures."""
     thin = [shape for shape in THIN if shape in real.shapes]
+    change = 100 * real.change_of_error((ours, ADAPTIVE), (ours, LATTICE))[real.fractions.index(COST_AT), 0]
     return [
-        "## Rays where they are needed",
-        f"Change of errors of {ours} from order {LATTICE} to order {ADAPTIVE}, in percent, what is asked for of "
-        f"1 - SSIM, and how many single pictures lose more than {WORSE:g} of SSIM.",
+        "## Adaptive pixels",
+        f"At {percent(COST_AT)} of the pixels, 1 - SSIM changes by {change:.1f} % from order {LATTICE} to {ADAPTIVE}.",
+        f"Each table has the change of errors of {ours} in percent, the target for 1 - SSIM, and the share of "
+        f"pictures that lose more than {WORSE:g} of SSIM.",
         f"All real shapes, {scale.size}x{scale.size}:",
         by_need(real, ours, scale.size),
         *([f"{len(thin)} shapes with thin parts:", by_need(real.of_shapes(thin), ours, scale.size)] if thin else []),
         f"{len(large.pictures)} real shapes, {scale.large}x{scale.large}:",
         by_need(large, ours, scale.large),
-        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, {scale.size}x{scale.size}, read off "
-        "between the shares measured:",
+        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, {scale.size}x{scale.size}, interpolated "
+        "between the measured shares:",
         table(
             ["method, order", *(f"{good:g}" for good in GOOD)],
             [
@@ -440,7 +450,7 @@ def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str)
 
 
 def by_need(result: Evaluation, ours: str, size: int) -> str:
-    """The changes from the lattice, as a table."""
+    """Return the changes from the lattice as a table."""
     stages, limits = [fraction for fraction in result.fractions if fraction < 1], BY_NEED.get(size, {})
     adaptive, lattice = (ours, ADAPTIVE), (ours, LATTICE)
     rows = []
@@ -451,12 +461,12 @@ def by_need(result: Evaluation, ours: str, size: int) -> str:
     ssim = list(METRICS).index("ssim")
     lost = result.scores[lattice][..., ssim] - result.scores[adaptive][..., ssim]
     worse = [f"{100 * share:.1f} %" for share in (lost > WORSE).mean(0)[: len(stages)].tolist()]
-    asked_for = [["asked for", *asked]] if any(asked) else []
-    return table(["change of", *map(percent, stages)], [*rows, *asked_for, [f"worse by {WORSE:g}", *worse]])
+    targets = [["target", *asked]] if any(asked) else []
+    return table(["change of", *map(percent, stages)], [*rows, *targets, [f"worse by {WORSE:g}", *worse]])
 
 
 def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) -> list[str]:
-    """How good pictures in perspective are beside orthographic ones."""
+    """Compare pictures in perspective with orthographic ones."""
     first = next(iter(by_fov.values()))
     rows = [
         [
@@ -469,48 +479,56 @@ def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) 
     ]
     return [
         "## Perspective",
-        f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, seen from the same sides with "
-        "each field of view. The network learned from both. The wider the view, the less of the "
-        "picture a shape fills, which is a part of why completing is easier.",
+        "The wider the field of view, the higher the SSIM, in part because a shape fills less of the picture.",
+        f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, from the same sides in each "
+        "field of view. The network was trained on orthographic and perspective pictures.",
         table(["method, order", "fov", *map(percent, first.fractions)], rows),
     ]
 
 
 def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scale, ours: str) -> list[str]:
-    """How good completed colours are beside linear filling of each component, and whether that is what is asked for."""
+    """Compare completed colours with linear filling of each component, and with the target."""
     parts = [
         "## Colour",
         f"Pictures in colour, {scale.size}x{scale.size}: FLIP of sRGB, SSIM of the luminance and PSNR of the three "
-        f"components. {LINEAR} interpolates each component over the triangles of the same pixels, or of as many "
-        f"in order {UNIFORM}. Asked for is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
+        f"components. {LINEAR} interpolates each component over the triangles of the same pixels, or of the same "
+        f"number in order {UNIFORM}. The target is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
     ]
     for what, result in results.items():
-        if not isinstance(result, Evaluation):  # without files there are none of these
+        if not isinstance(result, Evaluation):  # without coloured files there is no result
             continue
-        rows = []
+        rows, verdicts = [], []
         for rival in ((LINEAR, UNIFORM), (LINEAR, ADAPTIVE)):
             changes = result.change_of_error((ours, ADAPTIVE), rival, "flip")
             met = [
                 "yes" if sum(change) <= IN_COLOR else "no" if change[0] > IN_COLOR else "maybe" for change in changes
             ]
+            verdicts += met
             cells = [f"{plus_minus(*(100 * change), 1)} {each}" for change, each in zip(changes, met, strict=True)]
             rows.append([f"from {label(result.scores, rival)}", *cells])
         parts += [f"{len(result.pictures)} pictures of {what}."]
         parts += [part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))]
         parts += [
-            f"Change of the FLIP of {label(result.scores, (ours, ADAPTIVE))}, in percent:",
+            f"FLIP of {label(result.scores, (ours, ADAPTIVE))}, change in percent; {verdicts.count('yes')} of "
+            f"{len(verdicts)} meet the target:",
             table(["", *map(percent, result.fractions)], rows),
         ]
     return parts
 
 
+def known_error_met(known: KnownError) -> str:
+    """Return how often both targets of the expected error are met."""
+    met = [below >= KNOWN_BELOW and close >= KNOWN_CLOSE for *_, (_, below, close) in known.shares()]
+    return f"Both targets are met in {sum(met)} of {len(met)} rows."
+
+
 def is_kept_or_filled(run: Run, ours: str) -> bool:
-    """Whether a run is of those whose rays are compared: in an order that all are measured with."""
+    """Return whether the needed pixels of a run are compared: of networks and linear filling, in any order."""
     return run[1] in ORDERS and run[0] in (ours, kept(REPORT), LINEAR)
 
 
 def rays_to(result: Evaluation, run: Run, good: float) -> str:
-    """The share of the pixels at which the mean SSIM is so good, its logarithm interpolated linearly."""
+    """Return the share of pixels for a mean SSIM of `good`, by linear interpolation of its logarithm."""
     means = np.maximum.accumulate(result.mean(run))
     if means[0] >= good:
         return f"below {percent(result.fractions[0])}"
@@ -519,11 +537,14 @@ def rays_to(result: Evaluation, run: Run, good: float) -> str:
 
 
 def steadiness_of(result: Stability, ours: str) -> list[str]:
-    """The flicker of everything, and the change of that of ours."""
-    parts = [result.caption(), result.table()]
+    """Return the flicker of all runs, and the changes of ours from its rivals."""
+    share, best, usual = result.orbit_fractions[0], (ours, ADAPTIVE), (LINEAR, UNIFORM)
+    least, most = (f"{LEVELS * result.orbit[run].mean(0)[0]:.2f}" for run in (best, usual))
+    conclusion = f"On orbits at {percent(share)}, {label(result.frames, best)} flickers by {least} gray levels and "
+    parts = [f"{conclusion}{label(result.frames, usual)} by {most}.", result.caption(), result.table()]
     for order in ORDERS:
         parts += [
-            f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
+            f"Flicker of {label(result.frames, (ours, order))}, change in percent:",
             result.change_table((ours, order)),
         ]
     return parts
@@ -537,7 +558,7 @@ def percent(fraction: float) -> str:
 
 
 def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
-    """How lines of runs are drawn, in the order of the legend."""
+    """Return the line styles of runs, in the order of the legend."""
     shown = {
         (ours, ADAPTIVE): {"color": BLUE, "linestyle": "-", "marker": "s"},
         (ours, LATTICE): {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -552,7 +573,7 @@ def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
 
 
 def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
-    """Draw SSIM against the share of traced pixels, and 1 - SSIM beside linear filling with its intervals."""
+    """Draw SSIM by the share of traced pixels, and 1 - SSIM relative to linear filling with its intervals."""
     stages = [fraction for fraction in result.fractions if fraction < 1]
     ticks = [100 * stage for stage in stages]
     with style():
@@ -561,7 +582,7 @@ def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
         for i, (run, look) in enumerate(looks(result, ours).items()):
             means.plot(ticks, result.mean(run)[: len(stages)], label=label(result.scores, run), **look)
             middle, half = 100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages)].T
-            beside = np.multiply(ticks, 1.015 ** (i - 4))  # so that the intervals don't hide each other
+            beside = np.multiply(ticks, 1.015 ** (i - 4))  # keeps the intervals apart
             changes.errorbar(beside, middle, np.nan_to_num(half), elinewidth=0.6, capsize=1.5, **look)
         for axes in (means, changes):
             axes.set(xscale="log", xlabel="pixels traced, %")
@@ -572,7 +593,7 @@ def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
         means.legend()
         changes.set_ylabel(f"change of 1 - SSIM from {LINEAR}, {UNIFORM}, in %")
         shown = [100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages), 0] for run in looks(result, ours)]
-        changes.set_ylim(1.15 * min(-5, np.min(shown)), 60)  # what is far worse leaves at the top
+        changes.set_ylim(1.15 * min(-5, np.min(shown)), 60)  # much worse methods leave the axes at the top
     save(figure, path, "Mean SSIM by the share of traced pixels, and the change of 1 - SSIM from linear filling.")
 
 
@@ -598,7 +619,7 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
 
 
 def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
-    """Draw what is shown, and return its sections."""
+    """Draw the sheets of pictures, and return their sections."""
     parts = []
     for title, subjects, shares in (
         ("Pictures", SUBJECTS, SHOWN),
@@ -611,7 +632,7 @@ def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
 
 
 def order_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
-    """Draw lattice and adaptive pixels beside each other, and return the section."""
+    """Draw lattice and adaptive pixels next to each other, and return the section."""
     links = draw(SUBJECTS, SHOWN_OF_ORDERS)
     at = ", ".join(map(percent, SHOWN_OF_ORDERS))
     what = (
@@ -638,9 +659,9 @@ def draw_sheets(
     Parameters
     ----------
     folder : of the sheets
-    shapes : folder of the subjects' files; subjects whose file is not there are left out
+    shapes : folder of the subjects' files; subjects without a file are left out
     size : of a panel
-    panels_of : from all pixels and the share that is traced to a row's panels, but for the last, of all pixels
+    panels_of : maps all pixels and the traced share to a row's panels, except for the last, which has all pixels
     ending : of the sheets' names
     """
     links = []

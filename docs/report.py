@@ -1,9 +1,9 @@
-"""Reproduces the report: builds the data set, trains, evaluates, draws, and writes docs/report.md, ours beside theirs.
+"""Reproduce the report: build the data set, train, evaluate, draw, and write docs/report.md with both results.
 
     python docs/report.py [--scale small] [--shapes FOLDER] [--work DIR]
 
-Whatever is done already in DIR is not done again, so that it can be stopped and started. The small scale does the same
-with few shapes and epochs, within 10 minutes on two cores, and leaves docs/ alone: it writes to DIR.
+DIR keeps finished steps, so that an interrupted run resumes. The small scale takes 10 minutes on two cores with few
+shapes and epochs, and writes its page to DIR, not to docs/.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ from bobrossnet.learn.train import LOG, WEIGHTS, train
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.tables import table
 
-NAME = "paper"  # of the network in evaluations
+NAME = "paper"  # name of the network in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
 SCAN_CAMERA = bob.Camera(azimuth=70, elevation=12)
 USES = {"train": "training", "validation": "validation", "test": "testing"}
-PICTURES = ("2.1", "5.1", "5.2", "6.3", "6.4")  # as SVG they are no sharper, and five megabytes
-SAME = 0.01  # of SSIM, between networks trained on 50 samples
+PICTURES = ("2.1", "5.1", "5.2", "6.3", "6.4")  # mostly pixels: SVG would be no sharper, at five megabytes
+SAME = 0.01  # difference of SSIM below which networks trained on 50 samples are equal
 VERSIONS = ("bobrossnet", "numpy", "torch", "lightning-fabric", "zarr")
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is done."""
+    """Sizes and counts of a run."""
 
     shapes: int = SHAPES
     test_shapes: int = TEST_SHAPES
     config: TrainConfig = field(default_factory=TrainConfig)
-    real: int | None = None  # shapes of other people that are measured on, at most
+    real: int | None = None  # maximum of shapes by other people; None: all
     figures: dict[str, Any] = field(default_factory=dict)  # fields of `Sources`
 
 
@@ -117,15 +117,17 @@ def main() -> None:
 
 
 def beside_fillings(path: Path, measure: Callable[..., Evaluation], weights: Path) -> Evaluation:
-    """Measure weights, and the fillings beside them, whose scores are kept in a file: they take most of the time."""
+    """Measure weights and fillings. The scores of the fillings, which take longest, are kept in a file."""
     if not path.exists():
         write_whole(path, measure([]).csv().encode())
     return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text("utf-8")))
 
 
 def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
-    """Draw the figures and return their captions. The one that compares losses trains five networks on the data alone:
-    it is not drawn again."""
+    """Draw the figures and return their captions.
+
+    The figure of the losses trains five networks and depends on the data alone, so it is drawn once.
+    """
     captions: dict[str, str] = json.loads(captions_file.read_text("utf-8")) if captions_file.exists() else {}
     done = {"5.1"} & captions.keys()
     captions |= draw_figures(folder, sources, only=[name for name in FIGURES if name not in done])
@@ -138,9 +140,9 @@ def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
 def heading(scale: str, work: Work) -> list[str]:
     return [
         "# The report, reproduced",
-        "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, repeated with this "
-        "package: its data set, training, results and figures, with shapes that the package makes itself. "
-        f"`make report{' SCALE=small' * (scale == 'small')}` wrote this page.",
+        "This page repeats *Accelerating rendering by partial inpainting: BobRossNet* (2019) with this package: data "
+        "set, training, results and figures, on shapes that the package makes itself. "
+        f"`make report{' SCALE=small' * (scale == 'small')}` wrote it.",
         *work.circumstances(VERSIONS),
     ]
 
@@ -151,13 +153,14 @@ def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
     size = sum(file.stat().st_size for file in dataset.path.rglob("*") if file.is_file()) / 1e6
     parts = [
         "## The data set",
-        f"`bobrossnet dataset build DIR`: {plan.shapes} shapes, each seen from three directions at 128², 256² "
-        f"and 512² and cut into 21 patches, at 1, 25, 50, 75 and 100 % of the pixels: {plan.samples:,} samples, "
-        f"{counts}. {plan.test_shapes} shapes are for testing only. {size:.0f} MB on disk.",
+        f"`bobrossnet dataset build DIR` writes {plan.samples:,} samples, {counts}, in {size:.0f} MB.",
+        f"Each of the {plan.shapes} shapes is seen from three directions at 128², 256² and 512² and cut into 21 "
+        "patches. A patch is sampled at 1, 25, 50, 75 and 100 % of its pixels. "
+        f"{plan.test_shapes} shapes are for testing only.",
         "![samples](report/figure-5.2.png)",
     ]
     if comparison is not None:
-        parts += ["### Beside real shapes", str(comparison)]
+        parts += ["### Compared with real shapes", str(comparison)]
     return parts
 
 
@@ -169,10 +172,11 @@ def training(config: TrainConfig, run: Path) -> list[str]:
     done = len(rows) == config.epochs or len(rows) - best["epoch"] >= config.patience
     return [
         "## Training",
-        f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
-        f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
-        f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}."
+        f"`bobrossnet train DIR RUN` took {minutes:.0f} minutes for {len(rows)} epochs, {minutes / len(rows):.1f} "
+        f"each. The best in validation is epoch {best['epoch']:.0f}."
         + ("" if done else " **It was stopped there, while it was still improving.**"),
+        f"The loss is {config.loss.upper().replace('+', ' + ')} of the network's raw output at every pixel. AdaDelta "
+        f"(rate 1, ρ 0.95, ε 1e-6) minimises it over mini-batches of {config.batch} in float32.",
         table(
             ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
             [
@@ -194,20 +198,20 @@ def test_split(own: Evaluation, dataset: Dataset) -> list[str]:
         ["ours, traced pixels kept", *(f"{value:.4f}" for value in own.mean(kept(NAME))[at])],
     ]
     short = [f"{100 * s:g} %" for s, mean in zip(STAGES, ours, strict=True) if mean < reference.SSIM[s]]
-    verdict = f"Below the report at {', '.join(short)}." if short else "At no stage below the report."
+    verdict = f"Ours is below the report at {', '.join(short)}." if short else "Ours is at no stage below the report."
     return [
         "## Results on the test samples",
-        f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test shapes, of the network's raw "
-        f"output, which repaints traced pixels too. {verdict}",
+        f"{verdict} Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test shapes, of the network's "
+        "raw output, which repaints traced pixels too.",
         table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
         *by_detail(own, dataset),
-        "All of them, at more shares of traced pixels, beside other ways of filling them in:",
+        "All test samples at more shares of traced pixels, with other fillings:",
         str(own),
     ]
 
 
 def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
-    """How the results depend on what is to be seen: thirds of the test's patches."""
+    """How the results depend on the detail of the patches: thirds of the test split."""
     test = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
     shapes = [dataset.plan.sample(int(numbers[0, 0])).shape for numbers in test]
     gray = np.concatenate([dataset.patches(shape)[:, 0] for shape in shapes]).astype(np.float64)
@@ -220,14 +224,14 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
             rows.append([f"{which}, {detail[third].mean():.4f}", method, *(f"{mean:.4f}" for mean in means)])
     rows.sort(key=lambda row: row[1], reverse=True)
     return [
-        "How much depends on the shapes: the same, with the patches in thirds by their detail, the mean squared "
-        "difference of gray between neighbours. Interpolation, with traced pixels kept, struggles with the same ones.",
+        "The scores depend on the shapes. Below, the patches are in thirds by detail, the mean squared difference of "
+        "gray between neighbours. Interpolation, with traced pixels kept, struggles with the same third.",
         table(["detail", "SSIM of", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
     ]
 
 
 def white_shapes(shapes: Path) -> set[str]:
-    """The files, by their names in evaluations, that have no colours."""
+    """Return the files without colours, by their names in evaluations."""
     names = set()
     for _, name, scene in each_scene(scenes_of_folder(shapes), stacklevel=2):
         if not bob.Scene(scene).is_colored:
@@ -240,7 +244,7 @@ def real_shapes(real: Evaluation | None, white: set[str]) -> list[str]:
         return []
     parts = [
         "## Results on real shapes",
-        f"Other people's shapes, which nothing was trained on; traced pixels kept. {verdict(real)}",
+        f"{verdict(real)} These are shapes by other people, never trained on; traced pixels are kept.",
     ]
     others = set(real.shapes) - white
     if white and others:
@@ -249,11 +253,11 @@ def real_shapes(real: Evaluation | None, white: set[str]) -> list[str]:
         rows = [[method, *(f"{mean:.4f}" for mean in colored.mean(method))] for method in methods]
         parts += [
             f"The report's shapes and ours are white, as are {len(white)} of these. {verdict(plain)}",
-            f"The other {len(others)} have colours, which the network has never seen: it takes dark ones for shade. "
-            + verdict(colored),
+            f"The other {len(others)} have colours, which the network was not trained on: it mistakes dark ones for "
+            f"shade. {verdict(colored)}",
             table(["SSIM, colours", *(f"{100 * fraction:g} %" for fraction in real.fractions)], rows, left=True),
         ]
-    return [*parts, "All of them:", str(real)]
+    return [*parts, "All real shapes:", str(real)]
 
 
 def verdict(real: Evaluation) -> str:
@@ -262,10 +266,8 @@ def verdict(real: Evaluation) -> str:
         pairs = zip(real.fractions, real.mean(kept(NAME)), real.mean(filling), strict=True)
         shares = [f"{100 * fraction:g}" for fraction, ours, theirs in pairs if fraction < 1 and ours < theirs]
         if shares:
-            lost.append(f"by {filling} filling at {', '.join(shares)} %")
-    if lost:
-        return f"It is beaten {'; '.join(lost)}."
-    return "It is above nearest and pull-push filling at every share below 100 %."
+            lost.append(f"{filling.capitalize()} filling beats the network at {', '.join(shares)} %.")
+    return " ".join(lost) or "The network is above nearest and pull-push filling at every share below 100 %."
 
 
 def losses(path: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""Draws the README's first picture: the gallery's knot turning, from 5 % of its pixels and with all of them traced.
+"""Draws the README's first picture: the gallery's knot turning, from 5 % of its pixels and from all pixels.
 
 python docs/turning.py
 """
@@ -17,17 +17,17 @@ from bobrossnet.picture.files import U8, side_by_side, to_8_bit
 from bobrossnet.support.atomic import write_whole
 
 FRACTION = 0.05
-SIZE = (276, 276)  # three abreast are as wide as a README is shown: scaled, the traced pixels would shimmer
-CROP = slice(20, 256)  # rows: the knot is wider than it is high
+SIZE = (276, 276)  # three in a row have the width of a README: scaling would make the traced pixels shimmer
+CROP = slice(20, 256)  # rows: the knot is wider than high
 FRAMES = 36
-TURN = 360 / 5  # degrees; the knot looks the same after a fifth of a turn, so the loop has no seam
+TURN = 360 / 5  # degrees; the knot repeats after a fifth of a turn, so the loop has no seam
 FRAME_MS = 60
-UNTRACED = 44  # dark enough for the traced pixels to stand out, lighter than the background that rays found black
-QUALITY = 68  # the traced pixels smear below 65; above 70 the file passes 600 kB
+UNTRACED = 44  # dark enough to set off the traced pixels, lighter than traced black background
+QUALITY = 68  # traced pixels smear below 65; the file exceeds 600 kB above 70
 
 
 def frame(scene: bob.Scene, azimuth: float) -> U8:
-    """One step of the turn: (H, W, 3) uint8."""
+    """Return one frame of the turn: (H, W, 3) uint8."""
     full = bob.trace(scene, bob.Camera(azimuth=azimuth, elevation=50), size=SIZE)
     part = full.sample(FRACTION)
     traced = np.where(part.mask > 0, to_8_bit(part.gray), np.uint8(UNTRACED))

@@ -1,5 +1,4 @@
-"""What pages that are measured have in common: where real shapes lie, work in a folder that can be gone on with, and
-the circumstances that it was done under."""
+"""Shared by measured pages: the folder of real shapes, a resumable work folder, and the machine's description."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "mode
 
 
 class Work:
-    """A folder with all that a page is made of, and how long each part took."""
+    """A folder with the inputs of a page, and the time of each part."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -34,7 +33,7 @@ class Work:
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
-        """Add the time of a part of the work to what it took in earlier runs."""
+        """Add the time of a part of the work to its time in earlier runs."""
         print(f"== {part}", flush=True)
         start = time.monotonic()
         try:
@@ -44,7 +43,7 @@ class Work:
             self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n", "utf-8")
 
     def circumstances(self, packages: Sequence[str]) -> list[str]:
-        """Return the machine, the hours that it took, and versions, as lines of markdown."""
+        """Return the machine, the hours spent, and versions, as lines of markdown."""
         versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in packages)
         times = ", ".join(f"{part} {seconds / 3600:.2f} h" for part, seconds in self.seconds.items())
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20

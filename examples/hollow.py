@@ -1,4 +1,4 @@
-"""A mesh hollowed for a 3D printer: a wall, ribs inside, and a hole below to drain it; and a picture of what is inside.
+"""Hollow a mesh for a 3D printer: a wall, ribs inside, and a drain hole at the bottom; and a picture of the inside.
 
 python examples/hollow.py [mesh file]
 """
@@ -13,14 +13,14 @@ from bobrossnet.sdf.d3 import SDF3, Y, capped_cone, cylinder, slab, sphere, toru
 
 
 def pawn() -> Mesh:
-    """A chess piece, for those who have no mesh at hand."""
+    """Return a chess piece, as a default mesh."""
     body = capped_cone((0, 0, 0), (0, 0, 2.6), 0.95, 0.35) | torus(0.9, 0.25) | sphere(0.65, (0, 0, 2.9)).k(0.15)
     mesh = (body & slab(z0=-0.2)).mesh(0.05)
     return Mesh(mesh.vertices, mesh.triangles)
 
 
 def hollowed(mesh: Mesh) -> SDF3:
-    """Its wall is as thick as a 40th of its size, and its ribs cross each other."""
+    """Return the mesh hollowed, with a wall of a 40th of its size and crossed ribs."""
     low, high = mesh.bounding_box(np.eye(4))
     size, middle = (high - low).max(), (low + high) / 2
     solid = mesh.sdf()

@@ -3,8 +3,8 @@
     pip install '.[mitsuba]'
     python examples/mitsuba_preview.py
 
-writes a picture that is complete from 5 % of the pixels, and others from more and more of them; and mitsuba.png, which
-shows the first beside what was traced for it, and beside the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM but time.
+writes a picture completed from 5 % of the pixels, and others from growing shares; and mitsuba.png, which shows the
+first one's traced pixels, the first and the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM, but more time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ WIDTH, HEIGHT = 480, 360
 
 
 def cornell_box() -> mi.Scene:
-    """Mitsuba's own box, with two balls instead of its blocks."""
+    """Return Mitsuba's Cornell box, with two balls instead of its boxes."""
     box = mi.cornell_box()
     del box["small-box"], box["large-box"]
     box["sensor"]["film"] |= {"width": WIDTH, "height": HEIGHT}

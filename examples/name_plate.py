@@ -12,7 +12,7 @@ import bobrossnet as bob
 from bobrossnet.sdf import SDF3, image, measure_text, rounded_box, text
 
 FONTS = "DejaVuSans-Bold.ttf", "arialbd.ttf", "Arial Bold.ttf", "LiberationSans-Bold.ttf", "Helvetica.ttc"
-"""One of which most systems have."""
+"""Fonts to try; most systems have one of them."""
 
 HEART = """
 .##...##.
@@ -26,7 +26,7 @@ HEART = """
 
 
 def found_font() -> str:
-    """A font of this system, or the one that comes with matplotlib."""
+    """Return a font of this system, or matplotlib's."""
     for font in FONTS:
         with suppress(bob.InputError):
             measure_text(font, "A")
@@ -39,7 +39,7 @@ def found_font() -> str:
 
 
 def parts(name: str, font: str) -> tuple[SDF3, SDF3, SDF3]:
-    """A plate as wide as the name needs, what is written on it, and the heart."""
+    """Return a plate that fits the name, the lettering, and the heart."""
     width, height = measure_text(font, name, height=1)
     plate = rounded_box((width + 1, height + 1.8, 0.4), 0.15)
     letters = text(font, name, height=1).extrude(0.2).translate((0, -0.4, 0.2))
@@ -59,7 +59,7 @@ def main() -> None:
     ]
     camera = bob.fitted(shapes, bob.Camera(azimuth=-80, elevation=55), size=(320, 960))
     bob.render(shapes, camera, size=(320, 960), samples=2, background="#fff").save("name_plate.png")
-    plate.union(letters, heart).save("name_plate.stl", step=0.02)  # for a printer
+    plate.union(letters, heart).save("name_plate.stl", step=0.02)  # for a 3D printer
     print(f"name_plate.png and name_plate.stl: {name}")
 
 

@@ -1,8 +1,8 @@
-"""Make a shape of NURBS: a vault with windows, half a cylinder of an exact radius, and a handrail beside it.
+"""Model with NURBS: a vault with windows, half a cylinder of exact radius, and a handrail next to it.
 
     python examples/nurbs.py
 
-writes vault.png, a picture, and vault.bob, which `bobrossnet render vault.bob` draws, too.
+writes vault.png, a picture, and vault.bob, which `bobrossnet render vault.bob` draws.
 """
 
 import numpy as np
@@ -20,14 +20,14 @@ KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 2], np.float64)
 
 
 def window(u: float, v: float) -> list[NDArray[np.float64] | bob.TrimCurve]:
-    """A loop in the vault's parameters: three straight sides, then an arch from the end of the last to the first."""
+    """Return a loop in the vault's parameters: three straight sides, then an arch back to the start."""
     sides = np.array([(u + 0.2, v + 0.2), (u, v + 0.2), (u, v - 0.2), (u + 0.2, v - 0.2)])
     arch = HALF_CIRCLE[:, ::-1] * (0.15, -0.2) + (u + 0.2, v)
     return [sides, bob.TrimCurve(arch, KNOTS, WEIGHTS)]
 
 
 def vault() -> bob.Brep:
-    """u goes over the vault from 0 to 2, v along it from 0 to 4."""
+    """Return the vault; u runs across it from 0 to 2, v along it from 0 to 4."""
     control_points = [[(x, y, z) for y in (0, LENGTH)] for x, z in RADIUS * HALF_CIRCLE]
     weights = np.stack([WEIGHTS, WEIGHTS], axis=1)
     border = [(0, 0), (2, 0), (2, LENGTH), (0, LENGTH)]
@@ -36,7 +36,7 @@ def vault() -> bob.Brep:
 
 
 def handrail() -> bob.Tube:
-    """A cubic curve of two pieces, thicker at its ends."""
+    """Return a cubic curve of two pieces, thicker at its ends."""
     points = [(1.3, 0, 0), (1.3, 0, 0.8), (1.3, 2, 0.2), (1.3, LENGTH, 0.8), (1.3, LENGTH, 0)]
     return bob.nurbs_curve(points, [0, 0, 0, 0, 1, 2, 2, 2, 2], radius=[0.1, 0.04, 0.04, 0.04, 0.1])
 

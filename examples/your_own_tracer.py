@@ -2,7 +2,7 @@
 
     python examples/your_own_tracer.py
 
-writes a picture after each tenth of a second; the first is complete with a few percent of the rays.
+writes a picture every tenth of a second; the first is complete after a few percent of the rays.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ import bobrossnet as bob
 from bobrossnet.picture.files import to_8_bit, write_picture
 
 HEIGHT, WIDTH = SIZE = (480, 640)
-RING, TUBE = 0.65, 0.28  # of a torus within the unit sphere, seen from (0, -1, 1)
+RING, TUBE = 0.65, 0.28  # in the unit sphere, viewed from (0, -1, 1)
 
 RIGHT = np.array([1.0, 0, 0])
 UP = np.array([0, 1, 1]) / np.sqrt(2)
@@ -20,13 +20,13 @@ TOWARD = np.array([0, -1, 1]) / np.sqrt(2)
 
 
 def signed_distance(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of points, (n, 3), from the torus; negative inside."""
+    """Return the signed distance of points, (n, 3), from the torus; negative inside."""
     from_ring = np.hypot(points[:, 0], points[:, 1]) - RING
     return np.hypot(from_ring, points[:, 2]) - TUBE
 
 
 def trace(pixels: NDArray[np.int32]) -> bob.Samples:
-    """The tracer: what one ray through each pixel's centre finds."""
+    """Trace one ray through each pixel's centre."""
     x = (pixels[:, 1] + 0.5 - WIDTH / 2) / (HEIGHT / 2)
     y = (HEIGHT / 2 - pixels[:, 0] - 0.5) / (HEIGHT / 2)
     points = x[:, None] * RIGHT + y[:, None] * UP + 1.5 * TOWARD
@@ -38,7 +38,7 @@ def trace(pixels: NDArray[np.int32]) -> bob.Samples:
     gradient = [signed_distance(points + step * axis) - signed_distance(points - step * axis) for axis in np.eye(3)]
     normal = np.stack(gradient, axis=1) / (2 * step)
     gray = 0.15 + 0.85 * np.clip(normal @ (TOWARD + 0.5 * UP - 0.3 * RIGHT) / np.sqrt(1.34), 0, 1)
-    gray[~hit] = 0  # what is seen where nothing is; it may be any colour
+    gray[~hit] = 0  # background; any colour is allowed
     depth = np.clip(0.5 + 0.5 * points @ TOWARD, 0, 1)
     return bob.Samples(gray, depth, np.stack([normal @ RIGHT, normal @ UP], axis=1), hit)
 

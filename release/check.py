@@ -1,6 +1,6 @@
-"""Checks of the wheels in dist: each as installed, from an empty folder, as far as this machine can run it.
+"""Checks of the wheels in dist: each is installed and run from an empty folder, as far as this machine can.
 
-`make check-wheels` runs it. Every line names a wheel, a question and the answer, or why it cannot run here.
+`make check-wheels` runs it. Every line names a wheel, a question and the answer, or the reason why it can't run here.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ ON_ARM = [
 
 
 class Report:
-    """Prints each answer, and counts them."""
+    """Prints and counts the answers."""
 
     def __init__(self) -> None:
         self.passed, self.failed, self.absent = 0, 0, 0
@@ -70,30 +70,30 @@ class Report:
 
 
 PROCESSORS = {"x86_64": "X86_64", "aarch64": "ARM64"}
-"""The names of zig's processors in lief."""
+"""Names of zig's processors in lief."""
 
 LIBRARIES = {
     "linux": r"lib(c|m|dl|pthread|rt)\.so(\.\d)?|ld-linux-\w+-?\w*\.so\.\d",
     "windows": r"python3\.dll|KERNEL32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll",
     "macos": r"/usr/lib/libSystem\.B\.dylib",
 }
-"""The libraries that each system has, wherever it is installed."""
+"""Libraries present on every installation of each system."""
 
 
 def tool(name: str, *arguments: str | Path) -> dict:
-    """The JSON that a tool of this environment prints."""
+    """Return the JSON output of a tool of this environment."""
     return json.loads(
         subprocess.run([sys.executable, "-m", name, *arguments], stdout=subprocess.PIPE, text=True).stdout
     )
 
 
 def glibc(tag: str) -> int:
-    """The 28 of manylinux_2_28_x86_64."""
+    """Return the minor version of glibc, such as the 28 of manylinux_2_28_x86_64."""
     return int(re.match(r"manylinux_2_(\d+)_", tag)[1])
 
 
 def check_contents(report: Report, platform: Platform, wheel: Path, files: set[str]) -> None:
-    """Size, files, libraries and symbols: for every platform, none of its code runs."""
+    """Check size, files, libraries and symbols, on every platform, without running code."""
     size = wheel.stat().st_size
     report.say(platform.tag, "size", f"{size / 1e6:.2f} MB", size <= MOST_BYTES)
     with zipfile.ZipFile(wheel) as archive:
@@ -107,7 +107,7 @@ def check_contents(report: Report, platform: Platform, wheel: Path, files: set[s
     module = lief.parse(native).abstract
     processor = module.header.architecture.name
     report.say(platform.tag, "processor", processor, PROCESSORS[platform.target.split("-")[0]] == processor)
-    libraries = sorted({*map(str, module.libraries)} - {expected})  # macOS' modules name themselves
+    libraries = sorted({*map(str, module.libraries)} - {expected})  # macOS modules name themselves
     usual = all(re.fullmatch(LIBRARIES[platform.system], library) for library in libraries)
     report.say(platform.tag, "libraries", ", ".join(libraries), usual)
     (audit,) = tool("abi3audit", "--strict", "--report", wheel)["specs"].values()
@@ -128,7 +128,7 @@ def check_contents(report: Report, platform: Platform, wheel: Path, files: set[s
 
 
 def smoke(command: Sequence[str | Path], variables: dict[str, str] | None = None) -> dict[str, object]:
-    """The answers of release/smoke.py, run in an empty folder."""
+    """Return the answers of release/smoke.py, run in an empty folder."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [*command, ROOT / "release/smoke.py"],
@@ -142,7 +142,7 @@ def smoke(command: Sequence[str | Path], variables: dict[str, str] | None = None
 
 
 def check_pictures(report: Report, wheel: str, how: str, got: dict, source: dict) -> None:
-    """The same bits as the package that was built from source."""
+    """Check that pictures equal the source build's, to the bit."""
     for isa, pictures in got["pictures"].items():
         other = [name for name, bits in pictures.items() if source["pictures"].get(isa, {}).get(name) != bits]
         answer = f"{len(pictures) - len(other)} of {len(pictures)} digests are the source build's"
@@ -151,13 +151,13 @@ def check_pictures(report: Report, wheel: str, how: str, got: dict, source: dict
 
 
 def check_installed(report: Report, platform: Platform, wheel: Path, python: Path, source: dict) -> None:
-    """Installed by pip beside what it depends on, in an environment of its own."""
+    """Check the wheel installed by pip with its dependencies, in a new environment."""
     folder = WORK / f"{platform.tag}-{python.name}-{python.parent.parent.name}"
     own = folder / "bin/python"
     if not own.exists():
         subprocess.run([python, "-m", "venv", folder], check=True)
     subprocess.run([own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel], check=True)
-    reinstall = ["--force-reinstall", "--no-deps"]  # of an earlier build with the same version
+    reinstall = ["--force-reinstall", "--no-deps"]  # replaces an earlier build of the same version
     subprocess.run(
         [own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *reinstall, wheel], check=True
     )
@@ -173,7 +173,7 @@ def check_installed(report: Report, platform: Platform, wheel: Path, python: Pat
 
 
 def check_sdist(report: Report, sdist: Path, python: Path, source: dict) -> None:
-    """Compiled by pip in an environment of its own, with the WebAssembly modules that the source distribution has."""
+    """Check the source distribution, compiled by pip in a new environment, with its WebAssembly modules."""
     folder = WORK / "sdist"
     own = folder / "bin/python"
     subprocess.run([python, "-m", "venv", "--clear", folder], check=True)
@@ -191,7 +191,7 @@ def check_sdist(report: Report, sdist: Path, python: Path, source: dict) -> None
 
 
 def check_core(report: Report, platform: Platform, runner: Sequence[str | Path], names: Sequence[str] = ()) -> None:
-    """The core's own tests, by the same compiler from the same objects."""
+    """Run the core's tests, built by the same compiler from the same objects."""
     folder = BUILD / platform.tag
     quiet = {"stdout": subprocess.DEVNULL, "env": environment(), "check": True}
     subprocess.run(["cmake", "-DBOBROSSNET_TESTS=ON", folder], **quiet)
@@ -208,7 +208,7 @@ def check_core(report: Report, platform: Platform, runner: Sequence[str | Path],
 
 
 def check_musl_loader(report: Report, platform: Platform, wheel: Path) -> None:
-    """Musl's loader finds every symbol of the module but Python's own, which an interpreter would bring."""
+    """Check that musl's loader finds every symbol of the module except Python's, which an interpreter provides."""
     loader = Path("/lib/ld-musl-x86_64.so.1")
     if not loader.exists():
         return report.cannot(platform.tag, "loaded by musl", "needs musl's loader (Debian: musl)")
@@ -223,7 +223,7 @@ def check_musl_loader(report: Report, platform: Platform, wheel: Path) -> None:
 
 
 def check_on_arm(report: Report, platform: Platform, wheel: Path, source: dict, names: Sequence[str]) -> None:
-    """Under qemu: the core's tests, and with glibc also the wheel in Debian's Python."""
+    """Check under qemu: the core's tests, and with glibc also the wheel in Debian's Python."""
     if not shutil.which("qemu-aarch64"):
         return report.cannot(platform.tag, "core tests, installed", "needs qemu-aarch64 (Debian: qemu-user)")
     if platform.musl:
@@ -243,7 +243,7 @@ def check_on_arm(report: Report, platform: Platform, wheel: Path, source: dict, 
     report.say(
         platform.tag, f"installed, qemu, Python {got['python']}", str(got["package"]), str(site) in str(got["package"])
     )
-    # Its one instruction set multiplies and adds in one rounding, as AVX2 does. Libraries' acos weigh meshes' normals.
+    # Its one instruction set has fused multiply-adds, like AVX2. A library's acos enters the meshes' normals.
     exact = {name: bits for name, bits in got["pictures"]["baseline"].items() if name.startswith(("formula", "nurbs"))}
     pictures = {"pictures": {"avx2": exact}}
     check_pictures(report, platform.tag, "qemu", pictures, source)
@@ -251,7 +251,7 @@ def check_on_arm(report: Report, platform: Platform, wheel: Path, source: dict, 
 
 
 def check_on_windows(report: Report, platform: Platform, wheel: Path) -> None:
-    """Under wine: the core's tests, and the module without Python, which no package brings."""
+    """Check under wine: the core's tests, and the module without Python, which no package provides."""
     wine = shutil.which("wine64-stable") or shutil.which("wine64") or "/usr/lib/wine/wine64"
     if not Path(wine).exists():
         return report.cannot(platform.tag, "core tests, loaded", "needs wine (Debian: wine64)")
@@ -267,7 +267,7 @@ def check_on_windows(report: Report, platform: Platform, wheel: Path) -> None:
 def check_as_run(
     report: Report, platform: Platform, wheel: Path, pythons: Sequence[Path], whole: bool, source: dict
 ) -> None:
-    """What of a wheel runs on this machine."""
+    """Run the checks of a wheel that this machine can run."""
     if platform.system == "macos":
         report.cannot(platform.tag, "core tests, installed", "needs macOS")
     elif platform.system == "windows":
@@ -287,7 +287,7 @@ def check_as_run(
 
 
 def files_of_all(wheels: Sequence[Path]) -> set[str]:
-    """The files that every wheel has, without its native module."""
+    """Return the files common to all wheels, without the native module."""
     common = set.intersection(*(set(zipfile.ZipFile(wheel).namelist()) for wheel in wheels))
     return common - {"bobrossnet/_core.abi3.so", "bobrossnet/_core.pyd"}
 

@@ -1,4 +1,4 @@
-"""Python for other machines than this one, made of packages that Debian and PyPI have anyway."""
+"""Python for other machines, assembled from packages of Debian and PyPI."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from wheels import ROOT, ZIG
 
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 SUITE = "trixie"
-"""The Debian whose Python is new enough for the stable ABI of the wheels."""
+"""A Debian release with a Python new enough for the stable ABI of the wheels."""
 
 
 def debian_mirror() -> str:
-    """The address from which this machine gets Debian's packages."""
+    """Return the mirror from which this machine gets Debian packages."""
     asked = ["apt-get", "indextargets", "--format", "$(SITE)", "Origin: Debian"]
     return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.splitlines()[0]
 
 
 def debian_python(architecture: str, folder: Path) -> Path:
-    """The root of a Debian with Python, in `folder`: an apt of its own downloads it, beside this machine's packages."""
+    """Return the root of a Debian with Python in `folder`, downloaded by a separate apt."""
     root = folder / "root"
     if (root / "usr/bin/python3").exists():
         return root
@@ -43,7 +43,7 @@ def debian_python(architecture: str, folder: Path) -> Path:
     subprocess.run([*apt, "update"], check=True)
     packages = ["python3", "libstdc++6", "zlib1g"]
     subprocess.run([*apt, "install", "--download-only", "--no-install-recommends", "-y", *packages], check=True)
-    # Debian of today has its libraries below /usr, and links from / to there.
+    # Debian has its libraries below /usr, with links from /.
     root.mkdir(exist_ok=True)
     for name in ("bin", "lib", "sbin"):
         (root / "usr" / name).mkdir(parents=True, exist_ok=True)
@@ -57,7 +57,7 @@ def debian_python(architecture: str, folder: Path) -> Path:
 
 
 def install_for(tags: list[str], python: str, wheel: Path, site: Path) -> None:
-    """Installs a wheel and what it depends on into a folder, for a Python that runs elsewhere."""
+    """Install a wheel and its dependencies into a folder, for a Python on another machine."""
     platforms = [f"--platform={tag}" for tag in tags]
     command = [
         sys.executable,
@@ -73,8 +73,10 @@ def install_for(tags: list[str], python: str, wheel: Path, site: Path) -> None:
 
 
 def windows_loader(folder: Path) -> Path:
-    """A program for Windows that loads native modules, in `folder`, with a python3.dll whose functions do nothing else
-    than end the process."""
+    """Return a program in `folder` that loads native modules on Windows.
+
+    Next to it is a python3.dll with functions that only end the process.
+    """
     stub, library, loader = folder / "python3.c", folder / "python3.dll", folder / "load.exe"
     functions = [
         f"__declspec(dllexport) void {symbol.name}(void) {{ __builtin_trap(); }}" for symbol in abi3info.FUNCTIONS

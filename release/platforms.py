@@ -1,11 +1,11 @@
-"""The platforms that have wheels."""
+"""The platforms with wheels."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 STABLE_ABI = "cp312-abi3"
-"""One wheel for CPython 3.12 and all later versions, as pyproject.toml asks for."""
+"""One wheel for CPython 3.12 and all later versions, as in pyproject.toml."""
 
 
 @dataclass(frozen=True)
@@ -15,9 +15,9 @@ class Platform:
     Attributes
     ----------
     tag : str
-        The name in a wheel's file name.
+        The platform tag in a wheel's file name.
     target : str
-        The name that zig has for it, with the oldest system that is supported.
+        zig's name for it, with the oldest supported system.
     """
 
     tag: str

@@ -1,6 +1,6 @@
-"""What the installed package computes, as digests: run from an empty folder by the Python that has the package.
+"""Digests of the installed package's results, run from an empty folder by the Python with the package.
 
-Standard output is one line of JSON. Every shape but the tree has vertices of exact arithmetic, the same in any library.
+Standard output is one line of JSON. Every shape except the tree has vertices of exact arithmetic, equal in any library.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bobrossnet.command_line.cli import main
 
 
 def waves() -> bob.Mesh:
-    """A grid of 33 x 33 vertices, each higher than its neighbours by fractions of a power of two."""
+    """Return a grid of 33 x 33 vertices; heights differ by fractions of a power of two."""
     x, y = np.meshgrid(np.arange(33), np.arange(33))
     vertices = np.stack([x, y, (x * y * 7 % 32) / 4], -1).reshape(-1, 3).astype(np.float32)
     corner = (x + 33 * y)[:-1, :-1].reshape(-1, 1)
@@ -29,7 +29,7 @@ def waves() -> bob.Mesh:
 
 
 def saddle() -> bob.Brep:
-    """A bicubic patch, by control points that are multiples of 1/4."""
+    """Return a bicubic patch with control points at multiples of 1/4."""
     u, v = np.meshgrid(np.arange(4), np.arange(4), indexing="ij")
     knots = np.array([0, 0, 0, 0, 1, 1, 1, 1], float)
     points = np.stack([u, v, (u - 1.5) * (v - 1.5)], -1).astype(float)
@@ -46,7 +46,7 @@ def completed(shape: object) -> dict[str, str]:
 
 
 def rendered() -> str:
-    """The built-in tree from 5 % of its pixels, by the command line."""
+    """Return the digest of the built-in tree from 5 % of its pixels, by the command line."""
     main(["render", "--fraction", "5%", "--size", "240x180", "--out", "tree.png"])
     with Image.open("tree.png") as picture:
         return digest(np.asarray(picture))

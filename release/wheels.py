@@ -1,6 +1,6 @@
 """Builds the wheels of all platforms on one Linux machine, by the clang of the wheel `ziglang`, and the sdist.
 
-`make wheels` runs it in an environment with release/requirements.txt, by Python 3.12 or later: its headers have the
+`make wheels` runs it in an environment with release/requirements.txt, by Python 3.12 or later, for its headers of the
 stable ABI. Objects stay in build/wheels/TAG. Files have the time of the last commit.
 """
 
@@ -26,7 +26,7 @@ ZIG = Path(ziglang.__file__).parent / "zig"
 
 
 def environment() -> dict[str, str]:
-    """Tools first in the path, and the time of the last commit in place of the clock's."""
+    """Return an environment with the tools first in the path, and the last commit's time as the clock."""
     commit = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=ROOT, capture_output=True, text=True)
     return {
         **os.environ,
@@ -36,7 +36,7 @@ def environment() -> dict[str, str]:
 
 
 def build_modules() -> Path:
-    """The folder of the WebAssembly modules, which all wheels share: compiled by the same zig as the wheels."""
+    """Return the folder of the WebAssembly modules, shared by all wheels and compiled by the same zig."""
     folder, quiet = BUILD / "modules", {"stdout": subprocess.DEVNULL, "env": environment(), "check": True}
     found = [f"-DPython_EXECUTABLE={sys.executable}", f"-Dnanobind_DIR={nanobind.cmake_dir()}"]
     subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DSKBUILD=ON", *found], **quiet)
@@ -45,12 +45,12 @@ def build_modules() -> Path:
 
 
 def windows_python() -> dict[str, Path]:
-    """Where CMake finds Python for Windows: headers with another pyconfig.h, and the import library of python3.dll."""
+    """Return CMake's paths of Python for Windows: headers with another pyconfig.h, and python3.dll's import library."""
     folder = BUILD / "python-windows"
     include, library, names = folder / "include", folder / "libpython3.a", folder / "python3.def"
     named = (
         folder / f"libpython{sys.version_info.major}{sys.version_info.minor}.a"
-    )  # CMake believes versions in names alone
+    )  # CMake takes versions from names alone
     shutil.copytree(sysconfig.get_path("include"), include, dirs_exist_ok=True)
     shutil.copy(ROOT / "release/windows/pyconfig.h", include)
     functions = sorted(symbol.name for symbol in abi3info.FUNCTIONS)
@@ -62,7 +62,7 @@ def windows_python() -> dict[str, Path]:
 
 
 def build_wheel(platform: Platform, modules: Path, out: Path) -> Path:
-    """A wheel as `pip install .` builds it, except for the compiler and the name of the platform."""
+    """Build a wheel like `pip install .`, except for the compiler and the platform's name."""
     folder = BUILD / platform.tag
     defines = {"ZIG": ZIG, "ZIG_TARGET": platform.target, "BOBROSSNET_WASM": modules}
     if platform.system == "windows":
@@ -84,9 +84,9 @@ def build_wheel(platform: Platform, modules: Path, out: Path) -> Path:
 
 
 def build_sdist(modules: Path, out: Path) -> Path:
-    """The source distribution, with the WebAssembly modules, which whoever installs it need not compile."""
+    """Build the source distribution, with the WebAssembly modules, so that users need not compile them."""
     viewer = ROOT / "viewer"
-    before = set(viewer.glob("*.wasm"))  # of an editable install
+    before = set(viewer.glob("*.wasm"))  # from an editable install
     for module in modules.glob("*.wasm"):
         shutil.copy(module, viewer)
     subprocess.run(

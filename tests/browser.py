@@ -19,7 +19,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """A browser; without one, the test that wants it is skipped, or fails where CI is set."""
+    """Start Chromium; without one, the requesting test is skipped, or fails if CI is set."""
     try:
         from playwright.sync_api import Error, sync_playwright
     except ModuleNotFoundError:
@@ -37,14 +37,14 @@ def chromium() -> Iterator[Any]:
 
 
 def launch(kind: Any, *options: str) -> Any:
-    """A browser of a kind of playwright's, with further options on its command line."""
-    program = next(filter(None, map(shutil.which, NAMES)), None)  # else playwright's own
+    """Launch a browser of one of playwright's kinds, with further command line options."""
+    program = next(filter(None, map(shutil.which, NAMES)), None)  # otherwise playwright's
     return kind.launch(executable_path=program, args=[*options, *(["--no-sandbox"] if os.geteuid() == 0 else [])])
 
 
 @contextmanager
 def serving(folder: Path, **headers: str) -> Iterator[str]:
-    """The address of a server that knows nothing but a folder's files; its answers have these headers, with _ for -."""
+    """Serve only a folder's files; return the address. Responses have these headers, with _ for -."""
 
     class Quiet(SimpleHTTPRequestHandler):
         def end_headers(self) -> None:

@@ -1,8 +1,8 @@
 import os
 import threading
 
-# Read when numpy is imported. With more, thousands of tiny systems of equations (scipy's Delaunay) are each shared out
-# to threads, which wait for each other where another worker has the cores: 3 s for what takes 0.02 s.
+# Read when numpy is imported. With more, thousands of tiny linear systems (scipy's Delaunay) are each split over
+# threads, which wait for each other when another worker has the cores: 3 s instead of 0.02 s.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
@@ -19,7 +19,7 @@ def tree():
 
 @pytest.fixture
 def no_methods_are_left():
-    """Takes away the methods that a test has given shapes by operations of its own."""
+    """Remove the methods that a test's custom operations have added to shapes."""
     from bobrossnet.sdf import SDF2, SDF3
 
     before = {shape: set(vars(shape)) for shape in (SDF2, SDF3)}
@@ -31,7 +31,7 @@ def no_methods_are_left():
 
 @pytest.fixture
 def every_instruction_set():
-    """The instruction sets of this machine; whichever a test has set, the best is in use again after it."""
+    """Return the instruction sets of this machine; afterwards the best one is in use again."""
     from bobrossnet import _core
 
     best = _core.isa()
@@ -41,14 +41,14 @@ def every_instruction_set():
 
 @pytest.fixture(scope="session")
 def browser():
-    """Chromium; tests that need it are skipped if there is none."""
+    """Start Chromium; tests that need it are skipped if it is missing."""
     with chromium() as browser:
         yield browser
 
 
 @pytest.fixture(scope="session")
 def viewer():
-    """The server of the viewer's page, at its `url`; what a test adds to its `files` is served as well."""
+    """Start the viewer's server at `url`; tests may add `files` to serve."""
     from bobrossnet.page.files import page_files
     from bobrossnet.page.server import Server
 

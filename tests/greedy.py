@@ -1,4 +1,4 @@
-"""Readers, for processes of their own, that never have enough."""
+"""Readers that exceed every limit, for separate processes."""
 
 from bobrossnet.adapters import apart
 

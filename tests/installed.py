@@ -1,8 +1,8 @@
-"""The package as it is installed on this machine: commands and calls that must work everywhere.
+"""The installed package on this machine: commands and calls that must work everywhere.
 
     python installed.py
 
-It makes its files in a temporary folder. release/smoke.py prints the digests of pictures, which compare machines.
+It creates its files in a temporary folder. release/smoke.py prints digests of pictures, for comparing machines.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ view part.obj --export page.html"""
 
 
 def make_files() -> None:
-    """A mesh with a library and a texture beside it."""
+    """Write a mesh with a material library and a texture."""
     Image.fromarray(np.full((4, 4, 3), 200, np.uint8)).save("wood.png")
     Path("part.mtl").write_bytes(b"newmtl wood\nmap_Kd wood.png\n")
     Path("part.obj").write_bytes(TRIANGLE)
@@ -54,7 +54,7 @@ def run_commands() -> None:
 
 
 def serve() -> None:
-    """The page, from a port of its own."""
+    """Serve the page at a free port."""
     from bobrossnet.page.server import Server
 
     with page_files(bob.load("part.obj")) as page, Server(page) as server:
@@ -66,7 +66,7 @@ def serve() -> None:
 
 
 def check_instructions() -> None:
-    """The instruction set is the one that the system names."""
+    """The instruction set is the one reported by the system."""
     cpuinfo = Path("/proc/cpuinfo")
     flags = cpuinfo.read_text("utf-8").split() if cpuinfo.is_file() else []
     if "avx2" in flags and "fma" in flags:

@@ -1,4 +1,4 @@
-"""Where the shared models lie, for tests that read them."""
+"""The folder of shared models, for tests that read them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""NURBS faces of awkward kinds, traced, against points in double precision that share no code with the core.
+"""Tracing of degenerate NURBS faces, compared with points in double precision by code independent of the core.
 
-Each ray is aimed at a known point of its face, so something must be met there or before. Each hit is projected
-onto the face by Newton's method, so its distance from the face is known whatever the ray.
+Each ray is aimed at a known point of its face, so it must hit there or earlier. Each hit is projected onto the face by
+Newton's method, so its distance from the face is known for any ray.
 `python tests/nurbs_oracle.py` prints a table.
 """
 
@@ -21,20 +21,24 @@ from bobrossnet.support import tables
 F64 = NDArray[np.float64]
 
 TOLERANCE = 1e-5
-"""Of a hit's distance from its face, in radii of the scene's bounding sphere, as CONVENTIONS.md has it."""
+"""Tolerance of a hit's distance from its face, in radii of the bounding sphere (CONVENTIONS.md)."""
 AIM = 5e-6
-"""In radii. Misses count where all rays of a disc of this radius around a ray meet the face, so that neither
-its edge nor its silhouette explains them."""
+"""Radius of a disc of rays, in radii. A miss counts only if all rays of the disc around it hit the face.
+
+Then neither the edge nor the silhouette of the face explains it.
+"""
 
 MOST_MISSED = 1e-5
-"""Of all rays: a ray that all but touches a face may pass it."""
+"""Tolerated share of misses: a ray nearly tangent to a face may miss it."""
 
 # ---- Points in double precision --------------------------------------------------------------------------
 
 
 def bezier_basis(knots: F64, degree: int, span: NDArray[np.intp], s: F64) -> tuple[F64, F64]:
-    """The degree + 1 basis functions of each parameter's span, (N, degree + 1), and their derivatives: equations 2.5
-    and 2.7 of *The NURBS Book*. The parameter s is 0 to 1 in its span, so narrow spans lose nothing to rounding."""
+    """Return the degree + 1 basis functions of each parameter's span, (N, degree + 1), and their derivatives.
+
+    Equations 2.5 and 2.7 of *The NURBS Book*. The parameter s is 0 to 1 in its span, so narrow spans lose no precision.
+    """
     low = knots[span][:, None]
     size = knots[span + 1][:, None] - low
     near = (knots[span[:, None] + np.arange(-degree, degree + 2)] - low) / size  # 0 and 1 are at degree and degree + 1
@@ -54,8 +58,10 @@ def bezier_basis(knots: F64, degree: int, span: NDArray[np.intp], s: F64) -> tup
 
 
 class Surface:
-    """A face without its trims. Its points are counted by places (N, 4): the spans of u and v among those that are not
-    empty, and where in them, 0 to 1."""
+    """A face without its trims, parametrised by places (N, 4).
+
+    A place is the indices of the spans of u and v among non-empty ones, and the positions in them, 0 to 1.
+    """
 
     def __init__(self, face: bob.Face) -> None:
         weights = np.ones(face.control_points.shape[:2]) if face.weights is None else face.weights / face.weights.max()
@@ -68,7 +74,7 @@ class Surface:
         ]
 
     def places(self, u: F64, v: F64) -> F64:
-        """Of parameters of the face."""
+        """Return the places of parameters."""
         result = []
         for x, knots, spans in zip((u, v), self.knots, self.spans, strict=True):
             i = np.clip(np.searchsorted(knots[spans], x, side="right") - 1, 0, None)
@@ -78,7 +84,7 @@ class Surface:
         return np.stack([i, j, s, t], axis=1)
 
     def jets(self, places: F64) -> tuple[F64, F64, F64]:
-        """S and its derivatives by the last two coordinates of places, each (N, 3)."""
+        """Return S and its derivatives by the last two coordinates of places, each (N, 3)."""
         bases = []
         for along in (0, 1):
             span = self.spans[along][places[:, along].astype(int)]
@@ -91,7 +97,7 @@ class Surface:
         return s, (h_u[:, :3] - h_u[:, 3:] * s) / h[:, 3:], (h_v[:, :3] - h_v[:, 3:] * s) / h[:, 3:]
 
     def stepped(self, places: F64, steps: F64) -> F64:
-        """Places moved, into the next span where they leave theirs, and no farther than the domain's border."""
+        """Return places after a step, into the next span if they leave theirs, and clamped to the domain."""
         result = places.copy()
         for along in (0, 1):
             i, x = places[:, along], places[:, 2 + along] + np.nan_to_num(steps[:, along])
@@ -99,13 +105,13 @@ class Surface:
             up, down = (x > 1) & (i < last), (x < 0) & (i > 0)
             at_up = (places[:, 2 + along] == 1) & up
             at_down = (places[:, 2 + along] == 0) & down
-            # First to the knot, and only from there into the next span, whose parameters may run otherwise.
+            # First to the knot, and only then into the next span, where the parametrisation may differ.
             result[:, along] = i + at_up - at_down
             result[:, 2 + along] = np.where(at_up, 0, np.where(at_down, 1, np.clip(x, 0, 1)))
         return result
 
     def meets(self, places: F64, origin: F64, direction: F64) -> tuple[NDArray[np.bool_], F64]:
-        """Whether Newton's method finds, from some places on, that a ray meets the face, and where."""
+        """Return whether Newton's method from these places finds a hit of the ray, and its distance."""
         t, found = np.zeros(len(places)), np.zeros(len(places), np.bool_)
         for _ in range(20):
             s, s_u, s_v = self.jets(places)
@@ -121,7 +127,7 @@ class Surface:
         return found, t
 
     def distances(self, places: F64, points: F64) -> F64:
-        """From points to the face near some places: Gauss-Newton steps that stay in the domain and never go away."""
+        """Return distances of points from the face near some places, by Gauss-Newton steps that never increase it."""
         s, s_u, s_v = self.jets(places)
         best = np.linalg.norm(points - s, axis=1)
         damping = np.full(len(places), 1e-12)
@@ -144,8 +150,10 @@ class Surface:
         return best
 
     def distance(self, point: F64) -> float:
-        """From one point to the face, from the nearest place of a grid in every pair of spans: Newton's method ends at
-        kinks, which lie at knots."""
+        """Return the distance of a point from the face, starting at the nearest point of a grid in every pair of spans.
+
+        Newton's method stops at kinks, which lie at knots.
+        """
         spans = [range(len(spans)) for spans in self.spans]
         grid = np.stack(np.meshgrid(*spans, *2 * [np.linspace(0, 1, 33)], indexing="ij"), axis=-1).reshape(-1, 33**2, 4)
         off = [np.linalg.norm(self.jets(places)[0] - point, axis=1) for places in grid]
@@ -159,13 +167,13 @@ Random = np.random.Generator
 
 
 def knots_of(rng: Random, count: int, degree: int) -> F64:
-    """Clamped, 0 to 1, inside of any multiplicity up to the degree."""
+    """Return a clamped knot vector, 0 to 1, with inner knots of any multiplicity up to the degree."""
     inner = np.sort(rng.choice(np.repeat(np.arange(1, 10) / 10, degree), count - degree - 1, replace=False))
     return np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
 
 
 def sheet(rng: Random, degrees: tuple[int, int], more: int = 4) -> F64:
-    """Control points of a wavy sheet."""
+    """Return control points of a wavy sheet."""
     n, m = degrees[0] + rng.integers(1, more + 1), degrees[1] + rng.integers(1, more + 1)
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, m), indexing="ij")
     return np.stack([x, y, rng.normal(scale=0.4, size=(n, m))], axis=2) + rng.normal(scale=0.1, size=(n, m, 3))
@@ -186,14 +194,14 @@ def smooth(rng: Random) -> bob.Face:
 
 
 def rational(rng: Random, spread: float) -> bob.Face:
-    """Weights within that factor."""
+    """Weights within a factor of `spread`."""
     degrees = some_degrees(rng)
     points = sheet(rng, degrees)
     return face_of(rng, points, degrees, spread ** rng.uniform(0, 1, points.shape[:2]))
 
 
 def repeated(rng: Random) -> bob.Face:
-    """Rows or columns of control points that come several times: patches without area, cusps and poles."""
+    """Repeated rows or columns of control points: patches of zero area, cusps and poles."""
     degrees = some_degrees(rng)
     points = sheet(rng, degrees, 6)
     for _ in range(rng.integers(1, 4)):
@@ -207,7 +215,7 @@ def repeated(rng: Random) -> bob.Face:
 
 
 def close_knots(rng: Random, gap: float) -> bob.Face:
-    """Spans of about `gap` of the domain, which are strips of any width where the knots are repeated."""
+    """Spans of about `gap` of the domain, strips of any width for repeated knots."""
     degrees = some_degrees(rng)
     points = sheet(rng, degrees, 2 * max(degrees) + 2)
     knots = []
@@ -224,7 +232,7 @@ def close_knots(rng: Random, gap: float) -> bob.Face:
 
 
 def flat(rng: Random) -> bob.Face:
-    """A part of a plane, its control points anywhere in it."""
+    """A part of a plane with scattered control points."""
     degrees = some_degrees(rng)
     points = sheet(rng, degrees)
     frame = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -234,7 +242,7 @@ def flat(rng: Random) -> bob.Face:
 
 
 def ruled(rng: Random) -> bob.Face:
-    """Lines along v between two curves, at times parallel: a cylinder."""
+    """Lines along v between two curves; parallel ones are a cylinder."""
     degrees = int(rng.integers(1, 4)), 1
     points = sheet(rng, degrees, 5)[:, :2]
     if rng.random() < 0.6:
@@ -250,8 +258,10 @@ def unit(vectors: F64) -> F64:
 
 
 def aim(rng: Random, surface: Surface, count: int, within: bool) -> tuple[F64, F64, F64]:
-    """Places, points and directions of rays through them: in all spans alike, a third of them close to knots; `within`,
-    along the face as it runs there."""
+    """Return places, points and directions of rays: equally many in all spans, a third of them close to knots.
+
+    If `within`, rays run along the face.
+    """
     places = np.empty((count, 4))
     for along in (0, 1):
         places[:, along] = rng.integers(len(surface.spans[along]), size=count)
@@ -272,11 +282,11 @@ def aim(rng: Random, surface: Surface, count: int, within: bool) -> tuple[F64, F
 class Report:
     faces: int = 0
     refused: int = 0
-    """Faces that have no area at all."""
+    """Faces of zero area."""
     rays: int = 0
     hits: int = 0
     missed: int = 0
-    """Rays that pass a point of the face, or meet another only behind it."""
+    """Rays that miss the face, or hit it only behind the target point."""
     off: int = 0
     """Hits farther from the face than TOLERANCE."""
     false: int = 0
@@ -290,7 +300,7 @@ def add_rays(report: Report, face: bob.Face, rng: Random, count: int, within: bo
     surface, radius = Surface(face), scene.radius
     places, target, direction = aim(rng, surface, count, within)
     back = radius * rng.uniform(2.1, 3, len(places))
-    aside = rng.random(len(places)) < 0.3  # of their points: what they meet, if anything, must be on the face
+    aside = rng.random(len(places)) < 0.3  # beside their points: any hit must still be on the face
     shift = 0.3 * radius * rng.normal(size=(len(places), 3)) * aside[:, None]
     origin = target - back[:, None] * direction + shift
     hits = scene.closest_hits(origin, direction)
@@ -302,7 +312,7 @@ def add_rays(report: Report, face: bob.Face, rng: Random, count: int, within: bo
     for i in np.flatnonzero(off > TOLERANCE):
         off[i] = surface.distance(points[i]) / radius
 
-    # Seen from its edge, a face has no width.
+    # Edge-on, a face has no width.
     passed = np.flatnonzero(~aside & ~within & ~(hits.distance < back + 10 * AIM * radius))
     for angle in np.arange(8) * np.pi / 4:
         a = unit(np.cross(direction[passed], direction[passed][:, [1, 2, 0]] + 0.1))
@@ -340,7 +350,7 @@ KINDS: dict[str, tuple[Callable[[Random], bob.Face], bool]] = {
 
 
 def examine(kind: str, seeds: Iterable[int], rays: int) -> Report:
-    """A random face of a kind for each seed, with so many rays."""
+    """Trace `rays` rays at a random face of a kind for each seed."""
     make, within = KINDS[kind]
     report = Report()
     for seed in seeds:

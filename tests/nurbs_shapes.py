@@ -1,4 +1,4 @@
-"""NURBS that are known in closed form, and random ones."""
+"""NURBS with closed forms, and random ones."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ HALF_KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 2], float)
 
 
 def revolved(profile, weights, knots, trims=None):
-    """A curve (n, 2) of (distance from the z axis, z), turned about it: a face with v around, four quarters in 0..4."""
+    """Revolve a curve (n, 2) of (radius, z) about z: v is the angle, four quarters in 0..4."""
     around = profile[:, None, :1] * CIRCLE
     points = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
     return bob.Face(points, knots, CIRCLE_KNOTS, np.outer(weights, CIRCLE_WEIGHTS), trims)
@@ -28,12 +28,12 @@ def sphere(radius=1.0, center=(0, 0, 0)):
 
 
 def torus(r1=0.7, r2=0.25):
-    """About z; `r1` is the radius of its spine."""
+    """Return a torus about z; `r1` is the radius of its spine."""
     return bob.Brep([revolved(r2 * CIRCLE + (r1, 0), CIRCLE_WEIGHTS, CIRCLE_KNOTS)])
 
 
 def cylinder(radius=0.7, low=-0.6, high=0.4):
-    """About z, of three faces: the caps are squares that circles trim."""
+    """Return a cylinder about z, of three faces: the caps are squares trimmed by circles."""
     side = revolved(np.array([(radius, low), (radius, high)]), np.ones(2), [0, 0, 1, 1])
     circle = bob.TrimCurve(radius * CIRCLE, CIRCLE_KNOTS, CIRCLE_WEIGHTS)
     square = np.array([[(x, y) for y in (-1.0, 1.0)] for x in (-1.0, 1.0)])
@@ -51,7 +51,7 @@ def moved(face, offset):
 
 
 def random_knots(rng, count, degree):
-    """Clamped or not, with knots that are repeated here and there."""
+    """Return knots, clamped or not, some of them repeated."""
     inner = np.sort(rng.choice(np.arange(1, 9), count - degree - 1) / 2.0)
     if inner.size and np.unique(inner, return_counts=True)[1].max() > degree:
         inner = np.linspace(0.3, 4.6, count - degree - 1)
@@ -61,7 +61,7 @@ def random_knots(rng, count, degree):
 
 
 def random_surface(rng, rational=None):
-    """A wavy sheet above the unit square, of degrees up to 4; as a rule every other one is rational."""
+    """Return a wavy sheet over the unit square, of degrees up to 4; by default rational half of the time."""
     degrees = rng.integers(1, 5, 2)
     n, m = degrees + rng.integers(1, 5, 2)
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, m), indexing="ij")
@@ -72,7 +72,7 @@ def random_surface(rng, rational=None):
 
 
 def geomdl_surface(face):
-    """The same in geomdl, without its trims."""
+    """Return the same surface in geomdl, without trims."""
     from geomdl import NURBS
 
     surface = NURBS.Surface(normalize_kv=False)
@@ -85,7 +85,7 @@ def geomdl_surface(face):
 
 
 def curve_points(curve, count=33):
-    """(n, 2) points along a trim curve, by de Boor's algorithm."""
+    """Return (n, 2) points along a trim curve, by de Boor's algorithm."""
     p, knots = curve.degree, curve.knots
     weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
     points = []
@@ -102,7 +102,7 @@ def curve_points(curve, count=33):
 
 
 def inside(face, u, v):
-    """Whether points are inside the trims, by crossings with polygons."""
+    """Return whether points are inside the trims, by crossings with polygons."""
     result = np.full(u.shape, not face.trims)
     for loop in face.trims:
         polygon = np.concatenate([curve_points(curve) for curve in loop])

@@ -16,10 +16,10 @@ COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.command_line.cli i
 
 @contextmanager
 def running(command: Sequence[str], **options: Any) -> Iterator[subprocess.Popen[str]]:
-    """A process that SIGINT, SIGTERM and SIGHUP stop; in the end it is gone, and with it whatever it started.
+    """Run a process that SIGINT, SIGTERM and SIGHUP stop, and end it with its children afterwards.
 
-    A script's job in the background ignores SIGINT, whatever nohup starts SIGHUP, and they would hand this down: being
-    ignored is inherited, a handler is not.
+    A script's background job ignores SIGINT, and commands under nohup ignore SIGHUP. Children inherit ignored signals,
+    but not handlers.
     """
     stopping = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     handlers = {sent: signal.signal(sent, signal.default_int_handler) for sent in stopping}

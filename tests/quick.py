@@ -1,8 +1,8 @@
-"""Runs the tests of what changed since a commit: ``make quick``, or ``make quick REV=main``.
+"""Runs the tests of changes since a commit: ``make quick``, or ``make quick REV=main``.
 
-A test file is chosen if it changed itself, or if it names a changed module or a public name that the module
-defines. A test file of the core is chosen if it includes a header of a changed file. If a changed file of the core
-has no such test, all of the core's tests run.
+A test file is chosen if it changed, or if it names a changed module or one of its public names. A test file of the core
+is chosen if it includes a header of a changed file. If a changed file of the core has no such test, all of the core's
+tests run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CORE_TESTS = ROOT / "build/native/core_tests"
 
 
 def changed_files(since: str) -> list[Path]:
-    """The files of the work tree that differ from a commit, and those that git does not know yet."""
+    """Return the files that differ from a commit, and untracked files."""
     commands = (["diff", "--name-only", since], ["ls-files", "--others", "--exclude-standard"])
     names = [name for command in commands for name in git(*command).splitlines()]
     return [path for path in map(ROOT.joinpath, dict.fromkeys(names)) if path.is_file()]
@@ -31,7 +31,7 @@ def git(*arguments: str) -> str:
 
 
 def words(file: Path) -> set[str]:
-    """What a test of this file would name: a module's import, and its public functions and classes."""
+    """Return the names by which tests refer to a file: a module's import, and its public functions and classes."""
     if file.is_relative_to(ROOT / "bindings"):
         return {f"_core.{name}" for name in re.findall(r'\bm(?:\.def\(|,) ?"(\w+)"', file.read_text())}
     if file.suffix != ".py":
@@ -43,13 +43,13 @@ def words(file: Path) -> set[str]:
 
 
 def naming(tests: Iterable[Path], names: set[str]) -> list[Path]:
-    """The tests that contain any of the names as a whole word."""
+    """Return the tests that contain any of the names as a whole word."""
     pattern = re.compile(rf"\b(?:{'|'.join(map(re.escape, names))})\b")
     return [test for test in tests if pattern.search(test.read_text())]
 
 
 def headers(file: Path) -> set[str]:
-    """The headers by which a test reaches a file of the core: its own, or those that a file without one includes."""
+    """Return the headers by which tests reach a core file: its header, or for a source without one its includes."""
     own = file.with_suffix(".h")
     if own.is_file():
         return {own.relative_to(ROOT / "core").as_posix()}
@@ -57,7 +57,7 @@ def headers(file: Path) -> set[str]:
 
 
 def core_tests(changed: Iterable[Path]) -> list[str] | None:
-    """The names of the core's tests to run, none for all of them, None if the core did not change."""
+    """Return the names of core tests to run, an empty list for all, None if the core did not change."""
     files = [file for file in changed if file.is_relative_to(ROOT / "core") and file.suffix in (".cpp", ".h")]
     if not files:
         return None

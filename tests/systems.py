@@ -1,8 +1,8 @@
-"""Windows and Pyodide, as far as Linux can play them: the package's modules find only what these systems have.
+"""Windows and Pyodide, simulated on Linux: the package's modules see only features of these systems.
 
     python tests/systems.py win32 -c CODE
 
-Only the imports of the package itself are played. Python's own modules and other packages keep what Linux has.
+Only imports of the package itself are simulated. Python's modules and other packages keep all of Linux.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ MISSING_MODULES = {
 
 WINDOWS_SIGNALS = {"SIGABRT", "SIGBREAK", "SIGFPE", "SIGILL", "SIGINT", "SIGSEGV", "SIGTERM"}
 SIGBREAK = signal.SIGUSR1
-"""Plays SIGBREAK, which Linux lacks."""
+"""Simulates SIGBREAK, which Linux lacks."""
 
 EXCLUSIVE = socket.SO_KEEPALIVE
-"""Plays SO_EXCLUSIVEADDRUSE, which Linux lacks."""
+"""Simulates SO_EXCLUSIVEADDRUSE, which Linux lacks."""
 
-# Python's documents say of these that they are Unix's; of the constants, all but those that Windows has are.
+# Python's documentation marks these as Unix only; of the constants, all except Windows' are.
 WINDOWS_OPEN = {"O_APPEND", "O_CREAT", "O_EXCL", "O_RDONLY", "O_RDWR", "O_TRUNC", "O_WRONLY"}
 UNIX_CALLS = """chown fchmod fchown fork forkpty get_blocking getegid geteuid getgid getloadavg getpgid getpriority
     getsid getuid killpg lchown lockf mkfifo mknod nice pathconf pipe2 posix_spawn pread pwrite register_at_fork
@@ -54,7 +54,7 @@ PROCESS_CALLS = "fork forkpty kill killpg pipe2 posix_spawn register_at_fork sch
 
 
 class _Stand(ModuleType):
-    """A module with other attributes, or without some."""
+    """A module with replaced or missing attributes."""
 
     def __init__(self, real: ModuleType, missing: Any = (), **other: Any) -> None:
         super().__init__(real.__name__)
@@ -70,7 +70,7 @@ class _Stand(ModuleType):
 
 
 def play(system: str) -> None:
-    """Have modules of the package that are imported from now on find `system`, "win32" or "emscripten"."""
+    """Make later imports of the package see `system`, "win32" or "emscripten"."""
     real_import = builtins.__import__
     stands = _windows() if system == "win32" else _emscripten()
     stands["sys"] = _Stand(sys, platform=system)
@@ -143,7 +143,7 @@ def _emscripten() -> dict[str, ModuleType]:
 
 
 def _refuse_open_files() -> None:
-    """Files that this process has open can't be removed or replaced."""
+    """Refuse to remove or replace files that this process has open."""
 
     def check(path: Any, folder: int | None = None) -> None:
         if folder is not None:
@@ -173,7 +173,7 @@ def _refuse_open_files() -> None:
 
 
 def _have_children_play(system: str) -> None:
-    """Readers in processes of their own; those of multiprocessing run this file again."""
+    """Simulate in child processes, too; those of multiprocessing run this file again."""
     from bobrossnet.adapters import apart
 
     begin = f"import sys; sys.path.insert(0, {FOLDER!r}); import systems; systems.play({system!r}); "
@@ -182,7 +182,7 @@ def _have_children_play(system: str) -> None:
 
 if __name__ in ("__main__", "__mp_main__"):
     if __name__ == "__main__":
-        os.environ["PLAYED"] = sys.argv[1]  # which the processes that multiprocessing starts inherit
+        os.environ["PLAYED"] = sys.argv[1]  # inherited by the processes of multiprocessing
     play(os.environ["PLAYED"])
     if __name__ == "__main__":
         code, sys.argv = sys.argv[3], ["-c", *sys.argv[4:]]

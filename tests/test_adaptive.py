@@ -1,4 +1,4 @@
-"""The pixel orders that go where the picture needs it."""
+"""The adaptive pixel orders."""
 
 from itertools import pairwise
 
@@ -46,7 +46,7 @@ def test_errors_are_fewer_than_with_the_lattice(order, fraction, most, full):
 
 @EACH_ORDER
 def test_they_do_not_depend_on_the_pace(order, tree):
-    """Frames of any size show the same pixels as one call."""
+    """Frames of any size give the same pixels as one call."""
     for share in (0.013, 0.1):
         frames = list(bob.progressive(tree, size=(120, 160), fraction=share, order=order))
         assert frames[2].gbuffer == bob.trace(tree, size=(120, 160), fraction=frames[2].fraction, order=order)

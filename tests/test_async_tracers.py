@@ -1,4 +1,4 @@
-"""Tracers that return futures: several calls go on at once, and come back in any order."""
+"""Tracers that return futures: calls run concurrently, and finish in any order."""
 
 import asyncio
 import os
@@ -18,7 +18,7 @@ LATER = 0.002
 
 
 def found(pixels):
-    """A disc before a ramp."""
+    """A disc in front of a ramp."""
     row, column = pixels.T
     hit = np.hypot(row - H / 2, column - W / 2) < 15
     gray = np.where(hit, row / H, column / W)
@@ -32,7 +32,7 @@ def noisy(pixels, deviation=0.1):
 
 
 class Pool:
-    """A tracer whose calls run in threads, some before those that began earlier."""
+    """A tracer with calls in threads; some overtake earlier ones."""
 
     size = SIZE
     in_flight = 4
@@ -65,7 +65,7 @@ class Pool:
 
 
 class ByHand:
-    """A tracer whose calls end when a test says so."""
+    """A tracer whose calls end when a test ends them."""
 
     size = SIZE
 
@@ -79,7 +79,7 @@ class ByHand:
         return future
 
     def made(self, index):
-        """A call and its future, as soon as it was made."""
+        """Return a call and its future, once it exists."""
         while len(self.calls) <= index:
             time.sleep(1e-3)
         return self.calls[index]
@@ -163,7 +163,7 @@ def test_frames_come_while_calls_are_under_way():
 
 
 def test_what_is_under_way_is_not_taken_for_empty(tree):
-    """Rounds that are decided before the last one came go where plain ones do."""
+    """Rounds decided before the last call returns choose the same pixels as synchronous ones."""
     full = bob.trace(tree, size=(240, 320))
 
     def traced(pixels):
@@ -172,10 +172,10 @@ def test_what_is_under_way_is_not_taken_for_empty(tree):
 
     class Late(ByHand):
         size = (240, 320)
-        batch = 24  # else calls are of so many pixels as seem worth a call, by what others took
+        batch = 24  # otherwise sizes would depend on measured times
 
         def __call__(self, pixels):
-            if len(self.calls) == self.in_flight - 1:  # the oldest comes
+            if len(self.calls) == self.in_flight - 1:  # the oldest finishes
                 pixels_before, future = self.calls.pop(0)
                 future.set_result(traced(pixels_before))
             return super().__call__(pixels)
@@ -353,7 +353,7 @@ def seen(tree, camera, pixels):
 
 
 class Seeing(Pool):
-    """The same for a `View`."""
+    """The same tracer for a `View`."""
 
     def __init__(self, tree, **arguments):
         super().__init__(lambda asked: seen(tree, *asked), **arguments)
@@ -377,7 +377,7 @@ class SeeingByHand(ByHand):
 
 
 def is_exact(frame, tree, camera):
-    """Whether all pixels that were traced are what this camera sees, and are shown so."""
+    """Return whether all traced pixels equal this camera's picture, and are shown unchanged."""
     full, traced = bob.trace(tree, camera, size=SIZE), frame.gbuffer.mask > 0
     same = np.array_equal(frame.gbuffer.stack()[:, traced], full.stack()[:, traced])
     return same and np.array_equal(frame.image[traced], full.gray[traced])
@@ -423,7 +423,7 @@ def test_calls_of_a_camera_before_are_cancelled_or_dropped(tree):
     view.frame(ms=5)
     _, (_, running), (_, waits), (_, waits_too) = tracer.calls
     assert running.set_running_or_notify_cancel()
-    tracer.end(0)  # in time to be carried along
+    tracer.end(0)  # in time to be reprojected
     tracer.calls.clear()
     camera = bob.Camera(azimuth=32)
     threading.Timer(0.05, lambda: tracer.end(0)).start()
@@ -431,7 +431,7 @@ def test_calls_of_a_camera_before_are_cancelled_or_dropped(tree):
     assert waits.cancelled()
     assert waits_too.cancelled()
     assert is_exact(frame, tree, camera)
-    assert len(tracer.calls) == 3  # what runs on keeps its room
+    assert len(tracer.calls) == 3  # running calls keep their slots
     running.set_result("nobody looks at this")
     threading.Timer(0.02, lambda: tracer.end(0)).start()
     frame = view.frame(ms=5)
@@ -521,7 +521,7 @@ def test_dask():
 
 
 def test_the_rate_is_that_of_all_calls():
-    """Whatever calls wait for: here twice as many are under way as run."""
+    """Any waiting is included: here twice as many calls are in flight as run."""
     from bobrossnet.frames.call_sizes import Turnover
 
     turnover, workers, in_flight, per_call, per_pixel = Turnover(), 4, 8, 0.002, 0.001
@@ -537,6 +537,6 @@ def test_the_rate_is_that_of_all_calls():
         turnover.came(n, ended - began, ended, in_flight)
         now = ended
     assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.15)
-    turnover.resumed(now + 100)  # nothing was under way meanwhile
+    turnover.resumed(now + 100)  # idle until then
     turnover.came(48, 0.05, now + 100.0125, in_flight)
     assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.2)

@@ -1,4 +1,4 @@
-"""Shapes that would build for minutes: they have a budget of work, and building them can be stopped."""
+"""Shapes that would take minutes to build: their budget of work, and interrupts of building."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Channels and layouts: what passes between the tracer, the G-buffer and the networks, as Python sees the core's."""
+"""Channels and layouts, the interface of tracer, G-buffer and networks, from Python."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def scene():
 
 
 def traced(scene, names, size=SIZE):
-    """Every pixel's sample, of channels by their names."""
+    """Return every pixel's sample, with the named channels."""
     layout = _core.Layout(names)
     pixels = bob.pixel_order(size)
     samples = np.full((len(pixels), layout.width), np.nan, np.float32)

@@ -1,4 +1,4 @@
-"""The command line as users have it: its pictures, its one-line errors, and how it stops."""
+"""The installed command line: its pictures, its one-line errors, and how it stops."""
 
 import os
 import signal
@@ -21,13 +21,13 @@ TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
 
 def run(*arguments, timeout=60, cwd=None):
-    """The installed command in a separate process."""
+    """Run the installed command in a separate process."""
     command = [sys.executable, "-m", "bobrossnet", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
 
 
 CENTRES = ["--samples", "1", "--background", "#000000"]
-"""One ray through each pixel's centre, and nothing but light in the file."""
+"""One ray per pixel, and only radiance in the file."""
 
 
 def pixels(file):
@@ -165,7 +165,7 @@ def test_meshes_beside_formulas(tmp_path, capsys):
 
 
 def test_rays_that_only_touch_are_told(tmp_path, capsys):
-    """Where x is 0, f is a trillionth, of which bounds of max(x, -1.5 x) and its slopes can't know."""
+    """At x = 0, f is a trillionth, which bounds of max(x, -1.5 x) and of its slopes can't resolve."""
     (tmp_path / "a.vm").write_text(
         "x var-x\ny var-y\nz var-z\nxx square x\nyy square y\nzz square z\nr const -0.25\n"
         "xy add xx yy\nxyz add xy zz\nball add xyz r\n"
@@ -342,7 +342,7 @@ def broken_files():
 @needs_models
 @pytest.mark.parametrize("file", broken_files(), ids=lambda file: file.name)
 def test_broken_files_render_or_get_one_line(file, tmp_path, capsys):
-    """Which of the two is in the table of test_files.py; here, that nothing else happens."""
+    """The table in test_files.py has the expected results; here nothing else may happen."""
     start = time.monotonic()
     status = cli.main(["render", str(file), "--size", "64x48", "-o", str(tmp_path / "out.png")])
     assert time.monotonic() - start < 10
@@ -368,7 +368,7 @@ def test_warnings_are_one_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_a_long_render(stop, tmp_path):
-    """72 million rays take fifteen seconds and more; on a busy machine, giving back their memory takes two."""
+    """72 million rays take at least fifteen seconds; on a busy machine, freeing their memory takes two."""
     out = tmp_path / "huge.png"
     out.write_bytes(b"what was here before")
     command = [
@@ -416,7 +416,7 @@ def test_output_that_is_full_gets_one_line(arguments, unbuffered):
 
 @pytest.mark.parametrize("module", ["numpy", "bobrossnet.adapters.files", "bobrossnet.command_line.arguments"])
 def test_ctrl_c_while_it_starts_leaves_no_traceback(module, tmp_path):
-    """Sent by this module's import, into a process that would otherwise print its version."""
+    """The import of this module sends it, into a process that would otherwise print its version."""
     (tmp_path / "sitecustomize.py").write_text(
         "import os, signal, sys\n"
         "class Finder:\n"
@@ -486,7 +486,7 @@ def seconds(*arguments):
 
 
 def test_help_and_import_are_quick():
-    """On slow machines, beside numpy's import, a half of it. The fastest of each: the others wait for other work."""
+    """On slow machines at most half the time of numpy's import. Fastest runs: the others wait for other load."""
     runs = [
         [
             seconds("-c", "import numpy"),

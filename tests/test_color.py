@@ -1,4 +1,4 @@
-"""Colour: materials, meshes with colours and textures, their pictures, and what completes them."""
+"""Colour: materials, meshes with colours and textures, their pictures, and their completion."""
 
 import io
 import pickle
@@ -17,7 +17,7 @@ RED = bob.Material("#c33")
 
 
 def ball(columns=48, rows=24, **colors):
-    """A unit ball's mesh with uv, and its vertices."""
+    """Return a unit ball's mesh with uv, and its vertices."""
     u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
     around, down = 2 * np.pi * u, np.pi * v
     points = np.stack([np.cos(around) * np.sin(down), np.sin(around) * np.sin(down), np.cos(down)], -1).reshape(-1, 3)
@@ -69,8 +69,8 @@ def test_metallic_or_roughness_chooses_the_model():
         ({"metallic": 2}, r"metallic: expected a number in \[0, 1\], got 2"),
         ({"roughness": -1}, r"roughness: expected a number in \[0, 1\], got -1"),
         ({"metallic": 1, "shininess": 5}, "material: expected metallic and roughness, or ambient, .+, got both"),
-        ({"emissive": "red"}, "emissive: expected #rrggbb or 3 numbers, got 'red'"),
-        ({"color": "#abcd"}, "color: expected #rrggbb or 3 numbers, got '#abcd'"),
+        ({"emissive": "red"}, "emissive: expected #rrggbb, a CSS name or 3 numbers, got 'red'"),
+        ({"color": "#abcd"}, "color: expected #rrggbb, a CSS name or 3 numbers, got '#abcd'"),
     ],
 )
 def test_wrong_materials_are_refused(arguments, message):
@@ -109,7 +109,7 @@ def test_white_metal_has_the_gray_of_its_color():
     tinted = bob.trace(bob.Instance(sphere(1), material=bob.Material("#fffffe", metallic=1, roughness=0.4)), size=SIZE)
     np.testing.assert_allclose(tinted.color, metal.color, atol=0.01)
     assert tinted.channels == ("mask", "gray", "depth", "normal", "color", "albedo")
-    assert metal.gray.max() == 1  # of the highlight
+    assert metal.gray.max() == 1  # the highlight
 
 
 # ---- Meshes ----------------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def test_textures_are_seen_where_uv_says(full, scene):
     x = np.sqrt(np.maximum(0, 1 - y * y - z * z))
     u, v = np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(np.clip(z, -1, 1)) / np.pi
     at = u * 16 - 0.5, v * 8 - 0.5  # in texels
-    far = [np.abs(t - np.rint(t)) < 0.15 for t in at]  # next to a texel's centre, of 0.02 of texels a pixel
+    far = [np.abs(t - np.rint(t)) < 0.15 for t in at]  # near a texel's centre: a pixel covers 0.02 texels
     inside = far[0] & far[1] & (x > 0.5)
     expected = from_srgb(texture[np.rint(at[1]).astype(int) % 8, np.rint(at[0]).astype(int) % 16] / 255)
     assert inside.sum() > 1000
@@ -157,7 +157,7 @@ CORNERS = [(0, 1), (1, 1), (1, 0), (0, 0)]
 
 
 def sheet(z=0, **colors):
-    """A square of side 2 that faces upwards."""
+    """Return a square of side 2, facing up."""
     return bob.Mesh([(x, y, z) for x, y, _ in SQUARE[0]], SQUARE[1], **colors)
 
 
@@ -166,7 +166,7 @@ def seen_from_above(*shapes, size=(64, 64), fov=0):
 
 
 def holes(cutoff=0.5, seed=0):
-    """A sheet whose alpha is noise, and where that is at least the cutoff, and surely so or not, by numpy."""
+    """Return a sheet with a noisy alpha, and masks of opaque and of certain points, by numpy."""
     alpha = np.random.default_rng(seed).integers(0, 256, (6, 9), np.uint8)
     texture = np.dstack([*[np.full((6, 9), 255, np.uint8)] * 3, alpha])
 
@@ -184,7 +184,7 @@ def holes(cutoff=0.5, seed=0):
 @pytest.mark.parametrize("cutoff", [0.0, 0.3, 0.5, 0.8])
 @pytest.mark.parametrize("fov", [0, 50])
 def test_rays_go_on_where_alpha_is_below_the_cutoff(cutoff, fov):
-    """To what is behind: first another sheet with holes, then a floor."""
+    """They hit the surfaces behind: another sheet with holes, then a floor."""
     above, is_there = holes(cutoff)
     below, is_below = holes(cutoff, seed=1)
     red, green, blue = (
@@ -204,7 +204,7 @@ def test_rays_go_on_where_alpha_is_below_the_cutoff(cutoff, fov):
     np.testing.assert_allclose(hits.distance[sure], expected[sure], atol=1e-5)
     if cutoff:
         assert 0.05 < first.mean() < 0.95
-    # The same in pictures, each of whose pixels shows one of the three.
+    # The same in pictures: each pixel shows one of the three.
     seen = bob.trace(scene, bob.Camera(azimuth=-90, elevation=70, fov=fov), size=(120, 120))
     shown = seen.albedo[seen.alpha > 0]
     assert (np.sort(shown, axis=-1) == (0, 0, 1)).all()
@@ -232,8 +232,8 @@ def test_holes_are_the_same_at_every_size_and_in_every_order():
 
 
 def test_alphas_of_vertices_cut_too():
-    """Blended over the triangle, times the texture's."""
-    fading = [(1, 1, 1, 1), (1, 1, 1, 0), (1, 1, 1, 0), (1, 1, 1, 1)]  # from the left to the right
+    """Interpolated over the triangle, times the texture's alpha."""
+    fading = [(1, 1, 1, 1), (1, 1, 1, 0), (1, 1, 1, 0), (1, 1, 1, 1)]  # from left to right
     half = np.full((1, 1, 4), 255, np.uint8)
     half[..., 3] = 204
     for more, edge in (({}, 0.4), ({"uv": CORNERS, "texture": half}, 0.5)):
@@ -249,7 +249,7 @@ def test_alphas_of_vertices_cut_too():
 
 
 def test_what_is_opaque_has_no_holes():
-    """Also at a cutoff of 1, whatever is rounded."""
+    """Also at a cutoff of 1, whatever the rounding."""
     texture = np.full((5, 7, 4), 255, np.uint8)
     made = sheet(uv=CORNERS, texture=texture, colors=np.ones((4, 4)), alpha_cutoff=1)
     plain = sheet(uv=CORNERS, texture=texture[..., :3], colors=np.ones((4, 3)))
@@ -304,7 +304,7 @@ def test_scenes_with_colors_are_written_and_read(scene, full, tmp_path):
     assert [i.material for i in again.instances] == [i.material for i in scene.instances]
     assert b'"version":"2"' in (tmp_path / "a.bob").read_bytes()
     bob.save_scene(bob.Instance(sphere(1), material=RED), tmp_path / "b.bob")
-    assert b'"version":"1"' in (tmp_path / "b.bob").read_bytes()  # which older releases read
+    assert b'"version":"1"' in (tmp_path / "b.bob").read_bytes()  # readable by older releases
 
 
 def test_colored_meshes_turn_upright_with_their_colors():
@@ -343,7 +343,7 @@ def test_between_pixels_that_agree_colors_are_interpolated():
     for scale in (1, 1000):  # display-referred, and of any range
         full = bob.GBuffer(mask=mask, depth=depth, normal=normal, color=np.float32(scale) * color)
         completed = bob.complete(full.sample(1 / 16, order="lattice"), channel="color") / scale
-        assert np.abs(completed - color)[inside].max() < 1e-4  # by their ratio to gray they would be wrong by 0.0008
+        assert np.abs(completed - color)[inside].max() < 1e-4  # their ratio to gray would give errors of 0.0008
 
 
 def test_colors_are_closer_than_gray_or_those_around(full):
@@ -358,7 +358,7 @@ def test_other_channels_are_refused(full):
 
 
 def test_adaptive_pixels_go_to_edges_of_color():
-    """Red and green of one luminance, on one plane."""
+    """Red and green with equal luminance, on one plane."""
     red, green = (0.5, 0, 0), (0, 0.5 * 0.2126 / 0.7152, 0)
     square = [(-1, -1, 0), (0, -1, 0), (0, 1, 0), (-1, 1, 0), (1, -1, 0), (1, 1, 0)]
     faces = [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 2)]
@@ -371,7 +371,7 @@ def test_adaptive_pixels_go_to_edges_of_color():
     assert rows[edge - 1 : edge + 3].mean() > 3 * rows[edge + 10 : edge + 40].mean()
 
 
-# ---- Tracers of one's own --------------------------------------------------------------------------------
+# ---- Users' tracers --------------------------------------------------------------------------------------
 
 
 def test_samples_of_color_alone_are_enough():
@@ -437,7 +437,7 @@ def test_pixel_centres_are_what_was_traced(scene, full):
 
 
 def test_edges_are_as_smooth_as_with_many_rays_everywhere(scene):
-    """Of 16 rays a pixel, those that differ from their neighbours get all."""
+    """Of 16 rays a pixel, pixels that differ from their neighbours get all."""
     many = bob.trace(scene, size=(4 * SIZE[0], 4 * SIZE[1]))
     truth = many.color.reshape(SIZE[0], 4, SIZE[1], 4, 3).mean(axis=(1, 3))
     coverage = many.alpha.reshape(SIZE[0], 4, SIZE[1], 4).mean(axis=(1, 3))
@@ -487,9 +487,9 @@ def test_pictures_show_and_write_themselves(scene, tmp_path):
     ("arguments", "message"),
     [
         ({"samples": 0}, "samples: expected an integer in 1..64, got 0"),
-        ({"background": "white"}, "background: expected #rrggbb or 3 numbers, got 'white'"),
-        ({"background": 3}, "background: expected #rrggbb or 3 numbers, got 3"),
-        ({"background": ("#fff", "x")}, "background: expected #rrggbb or 3 numbers, got 'x'"),
+        ({"background": "white"}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'white'"),
+        ({"background": 3}, "background: expected #rrggbb, a CSS name or 3 numbers, got 3"),
+        ({"background": ("#fff", "x")}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'x'"),
     ],
 )
 def test_wrong_pictures_are_refused(scene, arguments, message):
@@ -498,7 +498,7 @@ def test_wrong_pictures_are_refused(scene, arguments, message):
 
 
 def test_edges_are_where_pixels_are_not_the_mean_of_those_around():
-    """Steps and lines, up to the picture's corners; neither slopes nor what lay in memory."""
+    """Steps and lines, up to the picture's corners; not slopes, and not stale memory."""
     height, width = 7, 9
     slope = np.linspace(0, 1, width, dtype=np.float32)[None, :, None] ** 2 * np.ones((height, 1, 3), np.float32)
     inside = np.zeros((height, width), bool)
@@ -512,7 +512,7 @@ def test_edges_are_where_pixels_are_not_the_mean_of_those_around():
     line[-1] = 1
     for _ in range(20):
         dirty = [np.full(4 * (height + 2) * (width + 2), value, np.float32) for value in (np.nan, 1e30, -7)]
-        del dirty  # which leaves their values in memory that is used next
+        del dirty  # its values stay in memory that is reused
         found = np.zeros((height, width), bool)
         found[tuple(_at_edges(slope, np.ones((height, width), np.float32)).T)] = True
         assert not (found & inside).any()
@@ -526,7 +526,7 @@ def test_edges_are_where_pixels_are_not_the_mean_of_those_around():
 
 
 def test_rays_of_a_pixel_are_no_larger_picture(monkeypatch):
-    """A picture has as many pixels as the package takes, whatever its samples; in bands it is the same."""
+    """A picture has the package's maximum of pixels, for any samples; in bands it is the same."""
     tree = bob.happy_tree()
     whole = [bob.render(tree, size=(48, 40), samples=samples) for samples in (4, 64)]
     monkeypatch.setattr("bobrossnet.picture.order.MAX_PIXELS", 48 * 40)

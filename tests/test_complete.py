@@ -1,4 +1,4 @@
-"""Completion in the core: equal to PyTorch, exact where known, clear about what it can't use."""
+"""Completion in the core: equal to PyTorch, exact at known pixels, with clear errors."""
 
 import os
 import re
@@ -19,7 +19,7 @@ from bobrossnet.learn.networks import Filling, Paper, Pyramid
 from bobrossnet.picture.channels import CHANNELS
 
 PAPER = WEIGHTS / "paper.safetensors"
-# Even and odd, narrower and shorter than a vector and a block; the core's own tests take the same under the sanitizers.
+# Even and odd, smaller than a vector and a block; the core's tests use the same sizes under the sanitizers.
 SIZES = [(1, 1), (2, 3), (5, 7), (1, 258), (61, 47), (64, 64), (100, 70), (130, 257), (17, 1000), (1000, 17)]
 
 
@@ -37,7 +37,7 @@ def pyramid(tmp_path_factory):
 
 
 def noise(size, density):
-    """A G-buffer (5, H, W) of noise, a third of it background, known at a share of the pixels."""
+    """Return a G-buffer (5, H, W) of noise, a third of it background, known at a share of the pixels."""
     random = np.random.default_rng(0)
     stack = random.random((5, *size), dtype=np.float32)
     stack[3:] = 2 * stack[3:] - 1
@@ -49,7 +49,7 @@ def noise(size, density):
 @pytest.mark.parametrize("size", [(480, 640), *SIZES])
 @pytest.mark.parametrize("groups", [4, 1])
 def test_core_equals_pytorch(size, groups, every_instruction_set):
-    """Within 1e-5: both sum in float32, in another order. Weights of unit scale, larger than trained ones."""
+    """Within 1e-5: both sum in float32, in different orders. Weights have unit scale, larger than trained ones."""
     torch.manual_seed(0)
     network = Paper(groups=groups).eval()
     tensors = {name: tensor.numpy() for name, tensor in network.state_dict().items()}
@@ -103,7 +103,7 @@ def test_filling_equals_pytorch(size, every_instruction_set):
 
 
 def test_pyramid_of_other_widths(tmp_path, tree):
-    """The core takes levels and channels from the tensors."""
+    """The core derives levels and channels from the tensors."""
     network = Pyramid("4,12,16", "5,2").eval()
     checkpoint.save(tmp_path / "small.safetensors", network)
     model = load_network(tmp_path / "small.safetensors")
@@ -188,7 +188,7 @@ def test_a_file_written_anew_is_read_anew(tree, tmp_path):
     save_file(tensors, file, metadata)
     before = bob.complete(part, model=file)
     save_file({name: 0 * tensor for name, tensor in tensors.items()}, file, metadata)
-    os.utime(file, ns=(0, file.stat().st_mtime_ns + 10**9))  # clocks of file systems tick slowly
+    os.utime(file, ns=(0, file.stat().st_mtime_ns + 10**9))  # file systems have coarse clocks
     assert not np.array_equal(bob.complete(part, model=file), before)
 
 

@@ -1,4 +1,4 @@
-"""<bob-view>: what it shows, its words and events, on a server that knows nothing but files."""
+"""<bob-view>: its pictures, attributes and events, from a server of static files."""
 
 import base64
 from io import BytesIO
@@ -10,8 +10,8 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
-from bobrossnet.page.files import VIEWER
 from bobrossnet.picture.files import color_to_8_bit, to_8_bit
+from bobrossnet.support.paths import VIEWER
 
 WIDTH, HEIGHT = 128, 96
 
@@ -64,12 +64,12 @@ SLOW_RAYS = """
 }
 window.slowRays = (times) => new BroadcastChannel("rays").postMessage(times);
 """
-"""`slowRays(times)` lets rays of tracers take so many times as long."""
+"""`slowRays(times)` slows rays of tracers down by this factor."""
 
 
 @pytest.fixture(scope="module")
 def folder(viewer, tmp_path_factory):
-    """The page's files, and scenes beside them."""
+    """Return a folder with the page's files and scenes."""
     folder = tmp_path_factory.mktemp("host")
     export({path: content for path, content in viewer.files.items() if "." in path}, folder / "bob")
     wedge().save(folder / "wedge.glb")
@@ -78,7 +78,7 @@ def folder(viewer, tmp_path_factory):
 
 
 def wedge():
-    """A mesh that looks otherwise from each side."""
+    """Return a mesh that looks different from each side."""
     return bob.Mesh([(0, 0, 0), (3, 0, 0), (0, 2, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 
 
@@ -90,7 +90,7 @@ def host(folder):
 
 @pytest.fixture
 def shown(browser, folder, host):
-    """Opens a page of five lines whose element has these attributes."""
+    """Open a page of five lines with an element of these attributes."""
     contexts, wrong = [], []
 
     def shown(attributes, script="", **context):
@@ -110,7 +110,7 @@ def shown(browser, folder, host):
 
 
 def exact(page):
-    """(H, W, 4) uint8, once it is."""
+    """Return (H, W, 4) uint8, once it is exact."""
     page.wait_for_function("() => told.some(({ type }) => type === 'load')")
     page.evaluate("() => document.querySelector('bob-view').converged()")
     return pixels(page)
@@ -227,7 +227,7 @@ def test_elements_that_leave_end_their_workers(shown, folder):
 
 def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
     with serving(folder, Access_Control_Allow_Origin="*") as elsewhere, serving(tmp_path) as here:
-        wedge().save(tmp_path / "wedge.stl")  # whose reader asks for more of the package
+        wedge().save(tmp_path / "wedge.stl")  # its reader needs further modules
         text = FIVE_LINES.format(attributes='src="wedge.stl"', width=WIDTH, height=HEIGHT)
         (tmp_path / "index.html").write_text(text.replace('"bob/', f'"{elsewhere}bob/'))
         page = browser.new_context().new_page()
@@ -238,7 +238,7 @@ def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
 
 
 def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
-    """Else they never do (test_npm.py)."""
+    """Otherwise they are never fetched (test_npm.py)."""
     page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
     exact(page)
     page.evaluate("""async () => {
@@ -260,7 +260,7 @@ def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
 
 @pytest.mark.parametrize("script", [SLOW_RAYS, ""], ids=["slow", "fast"])
 def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, script):
-    """Where they are fast, a new picture is dense, and as good."""
+    """With fast rays a new picture is dense, and as good."""
     page = shown('src="wedge.glb" picture-size="640x480"', script)
     exact(page)
     frames = page.evaluate(
@@ -281,7 +281,7 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, sc
     }""",
         script != "",
     )
-    traced, known = np.median(frames[10:], axis=0)  # the first ones find out what rays cost
+    traced, known = np.median(frames[10:], axis=0)  # the first ones measure the cost of rays
     if script:
         assert 0 < traced < 0.05
         assert known > 0.25
@@ -382,7 +382,7 @@ def test_a_poster_is_there_until_the_first_picture(shown, folder):
 
 
 def test_backgrounds_are_seen_where_nothing_is(shown, folder):
-    """Behind pictures that are exact, and through those that are completed."""
+    """Behind exact pictures, and through completed ones."""
     scene = bob.load(folder / "gear.sdf")
     page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"', SLOW_RAYS)
     full = bob.trace(scene, size=(HEIGHT, WIDTH))
@@ -413,7 +413,7 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
       const { viewing } = document.querySelector("bob-view"), { known, height, width } = await viewing.buffers();
       return { known: Array.from(known), size: [height, width], model: viewing.statistics.model };
     }""")
-    size = buffers["size"]  # smaller where the machine is busy
+    size = buffers["size"]  # smaller on a busy machine
     part = bob.GBuffer.from_stack(np.reshape(np.array(buffers["known"], np.float32), (5, *size)))
     assert 0 < part.fraction < 1
     alpha = bob.complete(part, buffers["model"], channel="alpha")

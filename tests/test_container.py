@@ -111,7 +111,7 @@ def test_scenes_load_beside_meshes(tmp_path):
 
 
 def test_damaged_files_are_refused(tmp_path):
-    """Any byte changed, anywhere; any cut; anything added."""
+    """Any changed byte, any truncation, any appended data."""
     file = tmp_path / "a.bob"
     bob.save_scene([TRIANGLE, bob.Instance(TRIANGLE, name="x").translate((1, 0, 0))], file)
     whole = file.read_bytes()
@@ -188,7 +188,7 @@ def test_the_file_that_the_next_test_spoils_is_whole(tmp_path):
         (instance(transform=np.diag([1, 1, 0, 1]).tolist()), TENSORS, "instances[1]: transform: expected a map that"),
         (instance(material=None), TENSORS, "instances[1].material: expected an object of color, ambient"),
         (material(color=[1, 1, 7]), TENSORS, "instances[1]: color: expected a number in [0, 1], got 7"),
-        (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb or 3 numbers, got 3"),
+        (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb, a CSS name or 3 numbers, got 3"),
         (material(ambient=-1), TENSORS, "instances[1]: ambient: expected a number in [0, 1], got -1"),
         (material(shininess=10**400), TENSORS, "instances[1]: shininess: expected a number in [0, 10000], got inf"),
         (material(gloss=1), TENSORS, "instances[1].material: expected an object of color"),
@@ -205,7 +205,7 @@ def test_the_file_that_the_next_test_spoils_is_whole(tmp_path):
     ],
 )
 def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
-    """Files that are whole as far as their checksum can tell."""
+    """Files with a valid checksum."""
     (tmp_path / "a.bob").write_bytes(sealed(layout(scene, arrays)))
     with pytest.raises(bob.InputError) as error:
         bob.load(tmp_path / "a.bob")
@@ -291,7 +291,7 @@ def test_formulas_round_trip(tmp_path):
 
 
 def test_formulas_that_are_none_are_refused(tmp_path):
-    """Random changes of a formula's arrays, in files that are whole: a picture, or one line."""
+    """Random changes of a formula's arrays, in files with a valid checksum: a picture, or a one-line error."""
     rng = np.random.default_rng(0)
     scene = {**SCENE, "shapes": ["implicit"]}
     refused = 0

@@ -1,4 +1,4 @@
-"""Public objects in other processes and in copies: each is what it was, or says why it stays where it is."""
+"""Pickled and copied public objects: each is equal to the original, or explains why it can't be copied."""
 
 from __future__ import annotations
 
@@ -87,11 +87,11 @@ USED: dict[str, Callable[[Any], Any]] = {
     "Scene": lambda held: (held.center, held.radius, bob.trace(held, size=SIZE).planes),
     "SceneTracer": lambda tracer: (tracer.size, tracer.camera, tracer(PIXELS).values),
 }
-"""What objects whose state lies elsewhere do."""
+"""Result for objects with external state."""
 
 
 def held(value: Any) -> Any:
-    """What an object holds, down to arrays and plain values."""
+    """Return an object's contents, down to arrays and plain values."""
     if isinstance(value, bob.Shape):
         return type(value), value.digest
     if (used := USED.get(type(value).__name__)) is not None:
@@ -107,7 +107,7 @@ def held(value: Any) -> Any:
 
 
 def frozen(value: Any, inside: frozenset[int] = frozenset()) -> list[bool]:
-    """Which of an object's arrays can't be changed."""
+    """Return which of an object's arrays are read-only."""
     if isinstance(value, np.ndarray):
         return [not value.flags.writeable]
     if id(value) in inside or type(value).__module__.startswith("numpy"):

@@ -32,7 +32,7 @@ def test_shapes_in_space() -> None:
     assert (made.__name__, made.__doc__) == ("rounded", "A ball of another norm.")
     agree(made(0.5), rounded(0.5)(SPACE))
     agree(made(corner=0), rounded(corner=0)(SPACE))
-    # What the language does with shapes of its own, it does with these.
+    # The language's operations work on custom shapes too.
     agree(made().translate(X) | sphere(), np.minimum(rounded()(SPACE - X), np.linalg.norm(SPACE, axis=1) - 1))
 
 

@@ -1,4 +1,4 @@
-"""The data set: which samples it has, that it is built whole whatever happens, and its mini-batches."""
+"""The data set: its samples, builds that survive interruptions, and its mini-batches."""
 
 import os
 import re
@@ -143,7 +143,7 @@ def test_textures_have_something_to_see_and_no_seam(kind) -> None:
         assert picture.shape == (SIDE, SIDE, 3)
         assert np.ptp(picture, axis=(0, 1)).max() > 0.02
         steps = np.abs(np.diff(np.concatenate([picture, picture[:1]]), axis=0)).mean(axis=(1, 2))
-        assert steps[-1] <= 1.5 * steps.max()  # from the last row to the first as between others
+        assert steps[-1] <= 1.5 * steps.max()  # the last row joins the first as smoothly as others
 
 
 def test_a_texture_is_a_function_of_its_generator() -> None:
@@ -241,7 +241,7 @@ def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path:
         assert process.wait() == -signal.SIGKILL
     before = files(path)
     assert before
-    (path / "views_128" / "c" / "3.abc.partial").write_bytes(b"half a view")  # as if killed while it wrote
+    (path / "views_128" / "c" / "3.abc.partial").write_bytes(b"half a view")  # as if killed during a write
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     assert files(path) == files(built)
     times = {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
@@ -250,7 +250,7 @@ def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path:
 
 
 def test_files_are_on_the_disk_before_they_have_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A power cut can leave a file without its content, unless this was synced first."""
+    """After a power cut a file can be empty, unless it was synced first."""
     synced = set()
 
     def fsync(handle: int, of: Callable[[int], None] = os.fsync) -> None:
@@ -433,8 +433,8 @@ def test_patches_drawn_by_their_detail(built: Path) -> None:
     weights += loader.FLAT * weights.mean()
     counts = np.bincount(numbers // 5, minlength=dataset.detail.size)
     assert np.abs(counts[patches] - weights / weights.sum() * len(samples)).max() < 1
-    assert counts.sum() == counts[patches].sum()  # of no patch that is for validation or testing
-    # A sample that comes up again has another mask.
+    assert counts.sum() == counts[patches].sum()  # of no patch for validation or testing
+    # A repeated sample has a different mask.
     most = np.bincount(numbers).argmax()
     masks = [
         part[0] for batch in drawn for part, number in zip(batch.partial, batch.numbers, strict=True) if number == most

@@ -1,4 +1,4 @@
-"""Statistics of pictures: of known pictures, and of populations side by side."""
+"""Statistics of pictures: known pictures, and comparisons of populations."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ALL = np.ones((SIDE, SIDE), bool)
 
 
 def picture(hit, *, gray=0.5, depth=0.5, normal=(0, 0)) -> bob.GBuffer:
-    """A picture of what faces the camera where `hit`, unless said otherwise."""
+    """Return a picture that faces the camera where `hit`, with defaults for other channels."""
     normal = np.broadcast_to(np.asarray(normal, np.float32), (*hit.shape, 2)) * hit[..., None]
     return bob.GBuffer(
         mask=np.ones(hit.shape, np.float32),
@@ -53,7 +53,7 @@ def test_disc() -> None:
     radius = SIDE / 4
     assert m["coverage"] == pytest.approx(np.pi / 16, rel=0.02)
     assert m["width"] == pytest.approx(4 / 3 * radius / SIDE, rel=0.05)
-    # A digital circle: sqrt(8) r pixels of each of the two directions' borders, less those that are of both.
+    # A digital circle: sqrt(8) r pixels for the borders in each of the two directions, minus pixels on both.
     assert m["silhouettes"] == pytest.approx(4 * np.sqrt(2) * radius / DISC.sum(), rel=0.1)
     assert (m["components"], m["holes"], m["mean gray"]) == (1, 0, 0.5)
     assert m["depth edges"] == m["creases"] == m["gradient energy"] == m["fine detail"] == 0
@@ -74,7 +74,7 @@ def test_components_and_holes() -> None:
     hit[8:10, 8:10] = hit[15, 15] = False  # two holes
     hit[40:50, 40:50] = hit[50:55, 50:55] = True  # one piece: they touch at a corner
     hit[60:, 30:40] = True
-    hit[62:, 32] = False  # reaches the border: no hole
+    hit[62:, 32] = False  # reaches the border: not a hole
     m = measures(picture(hit))
     assert (m["components"], m["holes"]) == (3, 2)
 
@@ -164,7 +164,7 @@ def test_different_populations() -> None:
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A data set of two files, against the folder of these: the same pictures, up to float16."""
+    """A data set of two files, compared with their folder: the same pictures, up to float16."""
     shapes = tmp_path / "shapes"
     shapes.mkdir()
     box = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"

@@ -1,4 +1,4 @@
-"""The default network and pixel order, as shipped: better than interpolation, with half the report's arithmetic."""
+"""The shipped default network and pixel order: better than interpolation, with half the report's arithmetic."""
 
 import numpy as np
 import pytest
@@ -28,8 +28,10 @@ def test_arithmetic():
 
 
 def check(result, **limits):
-    """Errors are below those of linear filling of as many pixels in uniform order, and of the report's network; at a
-    quarter of the pixels, of which hardly an error is left, not above the latter's by 5 %."""
+    """Check that errors are below linear filling with uniform pixels, and below the report's network.
+
+    At a quarter of the pixels, where almost no error remains, they may exceed the latter by 5 %.
+    """
     most = np.where(np.array(result.fractions) < 0.25, 0, 0.05)
     for order, limit in limits.items():
         ours = "default kept", order
@@ -49,7 +51,7 @@ def test_better_than_interpolation_on_real_models():
 
 
 def test_background_stays_black():
-    """Nothing is invented far from the shape, whatever the order."""
+    """No detail is invented far from the shape, in any order."""
     full = bob.trace(bob.happy_tree(), bob.Camera(zoom=0.5), size=(240, 320))
     columns = np.flatnonzero(full.gray.any(0))
     for order in ("uniform", "lattice", "adaptive"):

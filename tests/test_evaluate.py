@@ -56,7 +56,7 @@ def test_gain_is_paired() -> None:
     assert result.gain_table("paper kept").splitlines()[2:] == [
         "| over nearest | +0.2500 ± 0.2054 | -0.0200 ± 0.0000 |",
     ]
-    # A difficulty that both methods share widens nothing.
+    # Difficulty common to both methods widens no interval.
     hard = np.array([0.1, 0.4, 0, 0.3])[:, None, None]
     scores = {run: values - hard for run, values in result.scores.items()}
     shifted = Evaluation(result.pictures, result.shapes, result.fractions, scores)
@@ -70,7 +70,7 @@ def test_less_flip_is_a_gain() -> None:
 
 @pytest.mark.parametrize("of_a_shape", [1, 5])
 def test_gain_covers_the_truth_in_95_of_100(of_a_shape: int) -> None:
-    """Also where pictures of one shape are alike, which plain standard errors would take for more than there is."""
+    """Also with correlated pictures of one shape, for which plain standard errors would be too small."""
     rng = np.random.default_rng(0)
     names = tuple(np.repeat([f"shape {i}" for i in range(10)], of_a_shape))
     trials = []
@@ -83,11 +83,11 @@ def test_gain_covers_the_truth_in_95_of_100(of_a_shape: int) -> None:
 
 def test_psnr_is_that_of_the_mean_squared_error() -> None:
     result = made_up([[0.1], [0.2]])
-    result.scores[NEAREST][:, 0, 1] = (20, math.inf)  # one picture of the two is exact
+    result.scores[NEAREST][:, 0, 1] = (20, math.inf)  # one of the two pictures is exact
     assert result.mean("nearest", "psnr") == pytest.approx([-10 * math.log10(0.01 / 2)])
     gain, half = result.gain("paper kept", "nearest", "psnr")[0]
     assert gain == pytest.approx(30 + 10 * math.log10(0.01 / 2))
-    # The mean error of `nearest` has a standard error of all of itself, and t of 1 degree is 12.7.
+    # The standard error of `nearest`'s mean error equals it, and t with 1 degree of freedom is 12.7.
     assert half == pytest.approx(12.7062047 * 10 / math.log(10))
     result.scores[NEAREST][:, 0, 1] = math.inf
     assert result.mean("nearest", "psnr") == [math.inf]
@@ -107,7 +107,7 @@ def test_tables() -> None:
         ]
     )
     assert result.table("psnr").splitlines()[4] == "| nearest    |     20.00 |     20.00 |"
-    assert "| paper raw  | **0.0900** | **0.0900** |" in result.table("flip")  # less is better
+    assert "| paper raw  | **0.0900** | **0.0900** |" in result.table("flip")  # lower is better
     for part in ("2 pictures of 2 shapes", "SSIM:\n\n| traced", result.gain_table("paper kept"), result.table("flip")):
         assert part in str(result)
     single = made_up([[0.1, -0.02]])
@@ -196,7 +196,7 @@ def test_orders_side_by_side() -> None:
     assert rivals(result.scores, "paper kept") == [NEAREST]  # other orders are no rivals of the first
     assert result.gain_table(ours).splitlines()[2].startswith("| over paper kept, uniform | +0.1000 ± 0.0000 |")
     assert "| paper raw, other    |" in result.table()
-    assert "Change of 1 - SSIM to that of paper kept, other, in percent:" in str(result)
+    assert "1 - SSIM of paper kept, other, change in percent:" in str(result)
     assert result.error_table(ours) in str(result)
     again = Evaluation.from_csv(result.csv())
     assert list(again.scores) == list(result.scores)
@@ -205,7 +205,7 @@ def test_orders_side_by_side() -> None:
 
 def test_change_of_error_is_a_ratio_of_means() -> None:
     result = two_orders()
-    # Errors 0.3 and 0.2 over 0.5 and 0.5: the ratio is 0.5, deviations ±0.1, t of 1 degree is 12.7.
+    # Errors 0.3 and 0.2 over 0.5 and 0.5: the ratio is 0.5, deviations ±0.1, t with 1 degree of freedom is 12.7.
     change, half = result.change_of_error(("paper kept", "other"), "nearest")[0]
     assert change == pytest.approx(-0.5)
     assert half == pytest.approx(12.7062047 * 0.1)
@@ -216,13 +216,13 @@ def test_change_of_error_is_a_ratio_of_means() -> None:
         .splitlines()[3]
         .startswith("| from nearest, uniform    | -50.0 ± 127.1 |")
     )
-    # Where the other is exact there is no ratio.
+    # If the other is exact, there is no ratio.
     result.scores[NEAREST][..., 0] = 1
     assert np.isnan(result.change_of_error("paper kept", "nearest")[0, 1])
 
 
 def test_change_of_error_covers_the_truth_in_95_of_100() -> None:
-    """Hard pictures have larger errors of both methods, and differences in proportion."""
+    """Hard pictures have larger errors of both methods, and proportional differences."""
     rng = np.random.default_rng(0)
     trials = []
     for _ in range(1000):
@@ -245,7 +245,7 @@ def test_costs() -> None:
     assert costs["nearest"][1:] == (None, None)
     assert min(cost.milliseconds for cost in costs.values()) > 0
     assert cost_table(costs).splitlines()[-1].startswith("| nearest    |          – |                     – |")
-    # Of the widest layer alone a quarter would be 900: it runs at half the resolution, in four groups.
+    # The widest layer alone would be 900; a quarter, since it runs at half the resolution, in four groups.
     assert Paper(groups=1).multiply_adds(64, 96) == 2452.5 + 3 * 900 + 3 * 225
     assert all(network.from_settings({"groups": 4}).multiply_adds(64, 64) > 0 for network in NETWORKS.values())
     assert Paper().multiply_adds(62, 94) == pytest.approx(2452.5 * (64 * 96) / (62 * 94))  # padded
@@ -256,8 +256,8 @@ def test_costs() -> None:
 
 @pytest.fixture(scope="module")
 def shapes(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two meshes, a script, one file that can't be loaded, and one in a folder that is left out."""
-    folder = tmp_path_factory.mktemp("broken_odd") / "shapes"  # what lies above the folder doesn't matter
+    """Two meshes, a script, one unreadable file, and one in an excluded folder."""
+    folder = tmp_path_factory.mktemp("broken_odd") / "shapes"  # parents of the folder are ignored
     (folder / "broken_odd").mkdir(parents=True)
     for name in ("a.obj", "b.OBJ", "broken_odd/c.obj"):
         (folder / name).write_text(TRIANGLE)
@@ -280,7 +280,7 @@ def test_evaluation_of_a_folder(shapes: Path) -> None:
     assert {scores.shape for scores in result.scores.values()} == {(6, 2, 3)}
     for (method, _), scores in result.scores.items():
         exact = (scores[:, 1] == (1, math.inf, 0)).all()
-        assert exact == (method != "paper raw"), method  # which repaints what is known
+        assert exact == (method != "paper raw"), method  # it repaints known pixels
 
     full = bob.trace(bob.load(shapes / "b.OBJ"), bob.Camera(azimuth=30 + 180, elevation=45), size=(16, 20))
     part = full.sample(0.1, order="uniform", seed=3)
@@ -293,7 +293,7 @@ def test_evaluation_of_a_folder(shapes: Path) -> None:
 
 
 def test_parts_are_scored_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whichever is ready first, each stands in its place, and no more pictures are made than there are threads for."""
+    """Results keep their order in any completion order, and at most one picture per thread is made ahead."""
     scenes = {
         name: partial(bob.sdf.box, size) for name, size in (("a", 1), ("b", 2), ("c", (1, 2, 3)), ("d", (3, 1, 1)))
     }
@@ -364,7 +364,7 @@ def test_own_scenes_in_color_are_colored() -> None:
 
 
 def test_several_models_and_a_limit(shapes: Path, tmp_path: Path) -> None:
-    weights = tmp_path / "nearest.safetensors"  # called like a filling
+    weights = tmp_path / "nearest.safetensors"  # named like a filling
     checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
     result = evaluate_folder(shapes, ["paper", weights], fillings=["nearest"], limit=2, **OPTIONS)
     assert result.shapes == ("a.obj", "e.sdf")  # the first and the last
@@ -405,7 +405,7 @@ def test_what_cannot_be_evaluated(shapes: Path) -> None:
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    """Three shapes that are noise on the left and nothing on the right; two of them for testing."""
+    """Three shapes of noise on the left and background on the right; two of them for testing."""
     plan = Plan(seed=5, shapes=3, test_shapes=2)
     made = Dataset.create(tmp_path_factory.mktemp("data") / "set", plan, ["made 7", "made 8", "made 9"])
     for shape in range(3):
@@ -424,7 +424,7 @@ def test_evaluation_of_a_dataset(dataset: Dataset) -> None:
     assert result.pictures[:3] == ("128x128 row 0 column 0", "256x256 row 0 column 0", "256x256 row 0 column 1")
     assert result.pictures[-1] == "512x512 row 3 column 3"
 
-    # The very samples that a loader gives.
+    # Exactly the samples of a loader.
     batch = Batches(dataset, "test", size=len(STAGES) * PATCHES, shuffle=False)[1]
     for patch in (0, 1, 7):
         number = patch * len(STAGES) + STAGES.index(0.25)
@@ -452,7 +452,7 @@ def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
 def test_the_command_writes_tables(
     shapes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))  # Delaunay triangles take long
+    monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))  # Delaunay triangles are slow
     scores, tables = tmp_path / "scores.csv", tmp_path / "tables.md"
     options = ["--models", "paper", "default", "--fractions", "5%,0.5", "--size", "20x16", "--views", "2"]
     assert cli.main(["evaluate", str(shapes), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0

@@ -1,4 +1,4 @@
-"""What people do every day: cameras that fit, films, thumbnails, pictures in notebooks."""
+"""Everyday tasks: fitted cameras, films, thumbnails, pictures in notebooks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BALL = sphere(1)
 
 
 def box_of(alpha: np.ndarray[Any, Any]) -> list[int]:
-    """The first and last row and column where anything is."""
+    """Return the first and last row and column with content."""
     rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
     return [int(of[i]) for of in (rows, columns) for i in (0, -1)]
 
@@ -51,7 +51,7 @@ STATUE = (box((2, 1.6, 0.2)).translate((0, 0, 0.1)) | box((0.5, 0.5, 2)).transla
 
 
 def test_what_lies_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lying = bob.Mesh(STATUE.vertices[:, [0, 2, 1]] * (1, 1, -1), STATUE.triangles)  # z became y, as files have it
+    lying = bob.Mesh(STATUE.vertices[:, [0, 2, 1]] * (1, 1, -1), STATUE.triangles)  # z became y, as in files
     for name, mesh, lies in (("stands", STATUE, False), ("lies", lying, True)):
         assert seems_to_lie(bob.Scene(mesh)) is lies
         mesh.save(tmp_path / f"{name}.ply")
@@ -86,7 +86,7 @@ def test_the_silhouette_fills_the_picture(shape: bob.Shape, fov: float, size: tu
     assert (camera.azimuth, camera.elevation, camera.fov) == (70, 35, fov)
     top, bottom, left, right = box_of(bob.render(shape, camera, size=size, samples=1).rgba[..., 3])
     height, width = size
-    # The fuller of the two ways reaches the margins, and the other is in the middle.
+    # One direction reaches the margins, and the other is centred.
     margins = np.array([top / height, 1 - (bottom + 1) / height, left / width, 1 - (right + 1) / width])
     assert margins.min() == pytest.approx(0.1, abs=0.03)
     assert margins[0] == pytest.approx(margins[1], abs=0.06)
@@ -171,9 +171,7 @@ def test_films_are_written(ending: str, background: str | None, tmp_path: Path) 
             durations.append(file.info["duration"])
             shown = np.asarray(file.convert("RGBA")).astype(int)
             alpha = picture.rgba[..., 3:] / 255
-            assert (
-                np.abs(shown[..., :3] - picture.rgba[..., :3])[alpha[..., 0] == 1].mean() < 9
-            )  # of formats that lose some
+            assert np.abs(shown[..., :3] - picture.rgba[..., :3])[alpha[..., 0] == 1].mean() < 9  # of lossy formats
             assert np.abs(shown[..., 3] / 255 - alpha[..., 0]).mean() < {".gif": 0.03, ".avif": 0.005}.get(
                 ending, 0.001
             )
@@ -199,7 +197,7 @@ def test_a_film_shows_itself() -> None:
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
-    """The address of a cluster of one process."""
+    """Return the address of a cluster of one process."""
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None) as cluster:
         yield cluster.scheduler_address
@@ -256,7 +254,7 @@ def test_orbit_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 def test_render_makes_a_picture_to_look_at_of_files(tmp_path: Path) -> None:
-    """Exact, smooth, fitted and transparent: what `bob.render` makes of a fitted camera."""
+    """Exact, antialiased, fitted and transparent: equal to `bob.render` with a fitted camera."""
     ROD.save(tmp_path / "rod.ply")
     options = ["render", str(tmp_path / "rod.ply"), "--size", "48x96"]
     picture, photo, near = (tmp_path / name for name in ("rod.png", "rod.jpg", "near.png"))
@@ -265,7 +263,7 @@ def test_render_makes_a_picture_to_look_at_of_files(tmp_path: Path) -> None:
     expected = bob.render(rod, bob.fitted(rod, size="48x96"), size="48x96")
     assert np.array_equal(np.asarray(opened(picture)), expected.rgba)
     assert cli.main([*options, "-o", str(photo)]) == 0
-    assert min(opened(photo).getpixel((0, 0))) > 250  # white, since there is nothing to see through
+    assert min(opened(photo).getpixel((0, 0))) > 250  # white, instead of transparent
     assert cli.main([*options, "--zoom", "2", "-o", str(near)]) == 0
     assert np.array_equal(np.asarray(opened(near)), bob.render(rod, bob.Camera(zoom=2), size="48x96").rgba)
 
@@ -319,7 +317,7 @@ def test_render_fits_on_the_command_line(tmp_path: Path) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Two shapes, one of them deeper, a broken one, and something else."""
+    """Two shapes, one in a subfolder, a broken one, and an unrelated file."""
     (tmp_path / "in/deeper").mkdir(parents=True)
     ROD.save(tmp_path / "in/rod.ply")
     (tmp_path / "in/deeper/ball.sdf").write_text("sphere(1)")
@@ -361,7 +359,7 @@ def test_thumbnails_that_are_there_stay(folder: Path, tmp_path: Path) -> None:
 def test_a_file_that_ends_its_process_costs_itself_alone(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As a reader of another library may; here the process ends itself as it reads that file."""
+    """Like a crash in a foreign reader; here the process ends itself as it reads the file."""
     (folder / "deadly.sdf").write_text("sphere(2)")
     (tmp_path / "sitecustomize.py").write_text(
         "import sys, os, signal\n"
@@ -374,7 +372,7 @@ def test_a_file_that_ends_its_process_costs_itself_alone(
     made = {each.file.name: each for each in bob.thumbnails(folder, tmp_path / "out", size="16x16")}
     assert made["deadly.sdf"].error == "deadly.sdf: its reader ended without a word, perhaps for want of memory"
     assert {name for name, each in made.items() if each.picture} == {"ball.sdf", "rod.ply"}
-    assert signal.SIGKILL  # the name that the file above uses
+    assert signal.SIGKILL  # the name used by the file above
 
 
 def test_no_files_are_no_error(tmp_path: Path) -> None:
@@ -410,7 +408,7 @@ def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest
 def test_thumbnails_of_real_files(tmp_path: Path) -> None:
     made = bob.thumbnails(MODELS / "loader_originals", tmp_path, size="64x64", samples=1)
     failed = [each.file.name for each in made if each.error]
-    assert failed == ["firetruck.gltf"]  # which is compressed
+    assert failed == ["firetruck.gltf"]  # it is compressed
     for each in made:
         if each.picture is not None:
             assert np.asarray(opened(each.picture))[..., 3].mean() > 10

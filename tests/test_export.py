@@ -1,4 +1,4 @@
-"""Networks as ONNX: what another run time computes from them."""
+"""Networks as ONNX: results of another runtime."""
 
 import numpy as np
 import onnxruntime

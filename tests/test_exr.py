@@ -19,7 +19,7 @@ CASES = Path(__file__).parent / "cases"
 
 @pytest.fixture(scope="module")
 def picture(tree):
-    """Two colours on the tree, as bright as daylight: which pixels are traced, colour, distances, normals, albedo."""
+    """Return two colours on the tree, as bright as daylight: traced pixels, colour, distances, normals, albedo."""
     full = bob.trace(tree, size=SIZE)
     hit = full.alpha > 0
     row, column = np.indices(SIZE)
@@ -37,7 +37,7 @@ def picture(tree):
 
 
 def layers(picture, names, dense=True):
-    """The picture's channels under the names of a program: (colours, depth, normal, albedo, mask)."""
+    """Return the picture's channels under a program's names: (colours, depth, normal, albedo, mask)."""
     mask, color, depth, normal, albedo = picture
     colors, deep, normals, albedos, known = names
     planes = {name: np.where(mask > 0, color[..., i], 0) for i, name in enumerate(colors)}
@@ -133,7 +133,7 @@ def test_names_can_be_given(picture, tmp_path):
     roles = read_exr(tmp_path / "odd.exr", names).roles
     assert roles["color"] == colors
     assert roles["depth"] == deep
-    assert roles["normal"] == normals  # by what they hold
+    assert roles["normal"] == normals  # by their values
     assert roles["albedo"] == lettered("tint", "RGB")
     assert roles["mask"] == ["seen.Q"]
 
@@ -256,7 +256,7 @@ def test_a_missing_file_is_one_line(tmp_path, capfd):
 
 
 def test_blender_writes_layers_that_are_known(tmp_path):
-    """A part of a picture with its passes for denoising, by Blender itself where it is installed."""
+    """A part of a picture with its denoising passes, by Blender if installed."""
     pytest.importorskip("bpy", reason="bpy, which is Blender, is not installed")
     path = tmp_path / "part.exr"
     subprocess.run([sys.executable, "-c", BLENDER, str(path)], check=True, timeout=300, stdout=subprocess.DEVNULL)

@@ -1,4 +1,4 @@
-"""Colours of faces: pictures, meshes and files of breps whose faces have colours of their own."""
+"""Colours of faces: pictures, meshes and files of breps with coloured faces."""
 
 import json
 import pickle
@@ -17,7 +17,7 @@ COLORS = ("#c33", None, (0, 0.5, 1), "#393", (1, 1, 0), "#f9c")
 
 
 def cube(colors=COLORS):
-    """Six faces, of which each may have a colour."""
+    """Return six faces with optional colours."""
     faces = []
     for axis in range(3):
         for side in (0, 1):
@@ -41,7 +41,7 @@ def test_faces_take_colors_as_materials_do():
         bob.nurbs_surface(face.control_points, KNOTS, KNOTS, color="#393").faces[0].color == bob.Material("#393").color
     )
     for color, message in (
-        ("red", "color: expected #rrggbb or 3 numbers, got 'red'"),
+        ("rot", "color: expected #rrggbb, a CSS name or 3 numbers, got 'rot'"),
         ((2, 0, 0), "color: expected a"),
     ):
         with pytest.raises(bob.InputError, match=f"^{message}"):
@@ -90,7 +90,7 @@ def test_meshes_have_the_colors_of_faces(brep, tmp_path):
         again = bob.load_mesh(tmp_path / f"a.{ending}")
         assert len(again.triangles) == len(mesh.triangles)
         corner = again.colors[again.triangles]
-        assert np.abs(corner - corner[:, :1]).max() < 1e-6  # none is mixed
+        assert np.abs(corner - corner[:, :1]).max() < 1e-6  # no interpolation
         ours, theirs = (m[np.lexsort(np.round(m.T, 1))] for m in (mesh.face_colors, corner[:, 0]))
         np.testing.assert_allclose(ours, theirs, atol=atol)
     vertices = cube().mesh(0.2)

@@ -1,4 +1,4 @@
-"""The report's figures: that they are drawn, from what they are to be drawn from, and the files that they make."""
+"""The report's figures: their data, their drawings, and their files."""
 
 from itertools import pairwise
 from xml.etree import ElementTree
@@ -25,23 +25,23 @@ from bobrossnet.support.errors import InputError
 
 
 def texts(file):
-    """What an SVG file says, as text."""
+    """Return an SVG file's text."""
     return [element.text for element in ElementTree.parse(file).iter("{http://www.w3.org/2000/svg}text")]
 
 
 def words_of(drawing):
-    """What a figure says, line by line."""
+    """Return a figure's text, line by line."""
     return [line for text in drawing.figure.findobj(Text) for line in text.get_text().split("\n")]
 
 
 def shown(drawing):
-    """The pictures in a figure, in the order of its axes."""
+    """Return the pictures in a figure, in the order of its axes."""
     return [image.get_array() for axes in drawing.figure.axes for image in axes.get_images()]
 
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    """A data set of three shapes, whose views are of known values."""
+    """Return a data set of three shapes, with views of known values."""
     path = tmp_path_factory.mktemp("figures") / "data"
     dataset = Dataset.create(path, Plan(shapes=3, test_shapes=1), ["made 0", "made 1", "some/folder/teapot.stl"])
     for shape in range(3):
@@ -172,7 +172,7 @@ def test_files_are_the_same_every_time(tmp_path):
 
 
 def test_matplotlibs_settings_stay(tmp_path):
-    names = matplotlib.rcParams.keys() - {"backend"}  # which is chosen by whoever asks for it
+    names = matplotlib.rcParams.keys() - {"backend"}  # set by the caller
     before = {name: matplotlib.rcParams[name] for name in names}
     save(simple_figure(), tmp_path / "a")
     assert {name: matplotlib.rcParams[name] for name in names} == before

@@ -1,4 +1,4 @@
-"""Figures of what is learned and measured: losses, scores, stages and temporal stability, at toy size."""
+"""Figures of learned and measured data at toy size: losses, scores, stages and temporal stability."""
 
 import csv
 import math
@@ -30,7 +30,7 @@ MEANS = {
 
 
 def shown(drawing):
-    """The pictures in a figure, in the order of its axes."""
+    """Return the pictures in a figure, in the order of its axes."""
     return [image.get_array() for axes in drawing.figure.axes for image in axes.get_images()]
 
 
@@ -40,7 +40,7 @@ def rows_of(text):
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    """A data set of three shapes: the built-in scene from three sides, again and again in larger pictures."""
+    """Return a data set of three shapes: the built-in scene from three sides, repeated in larger pictures."""
     dataset = Dataset.create(tmp_path_factory.mktemp("learned") / "data", Plan(shapes=3, test_shapes=1), ["made 0"] * 3)
     scene = bob.Scene(bob.happy_tree())
     for shape in range(3):
@@ -68,7 +68,7 @@ def test_stability_is_drawn():
     assert drawing.figure.axes[0].get_legend().get_texts()[1].get_text() == "paper kept"
     curve = drawing.figure.axes[0].get_lines()[1].get_ydata()
     np.testing.assert_allclose(curve[:-1], 255 * stability.mean("paper kept")[1:-1, 1])
-    assert np.isnan(curve[-1])  # to the exact picture there is none, which a logarithm can't show
+    assert np.isnan(curve[-1])  # zero at the exact picture, which a logarithm can't show
     assert drawing.csv == stability.csv()
 
 
@@ -160,7 +160,7 @@ def test_stages_converge():
     full = bob.trace(bob.happy_tree(), size=(64, 64))
     sparse, half, whole = complete_stages(full, (0.05, 0.5, 1.0))
     assert sparse.completed_ssim < half.completed_ssim < whole.completed_ssim == 1
-    assert whole.raw_ssim == bob.ssim(whole.raw, full.gray) < 1  # the network's own output is never exact
+    assert whole.raw_ssim == bob.ssim(whole.raw, full.gray) < 1  # the raw network output is never exact
     np.testing.assert_array_equal(half.completed, bob.complete(full.sample(0.5, order="uniform")))
     with pytest.raises(InputError, match="every pixel traced"):
         complete_stages(sparse.part, (0.01,))

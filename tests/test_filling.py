@@ -1,4 +1,4 @@
-"""The fillings that networks are measured against."""
+"""The fillings, baselines of the networks."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ Filling = Callable[[Any, Any], np.ndarray]
 
 
 def partial(size: tuple[int, int], fraction: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """A disc on black and which of its pixels are known."""
+    """Return a disc on black and the mask of its known pixels."""
     y, x = np.mgrid[: size[0], : size[1]] / np.array(size)[:, None, None] - 0.5
     gray = np.where(x * x + y * y < 0.16, 0.6 + x - y, 0).astype(np.float32)
     mask = np.random.default_rng(seed).random(size) < fraction
@@ -27,11 +27,11 @@ def partial(size: tuple[int, int], fraction: float, seed: int = 0) -> tuple[np.n
 @pytest.mark.parametrize("size", [(64, 64), (37, 53), (1, 9), (5, 1), (1, 1), (128, 3)])
 def test_known_pixels_are_kept(fill: Filling, size: tuple[int, int]) -> None:
     gray, mask = partial(size, 0.2)
-    filled = fill(np.where(mask, gray, 7), mask)  # what lies under unknown pixels isn't read
+    filled = fill(np.where(mask, gray, 7), mask)  # values under unknown pixels aren't read
     assert filled.dtype == np.float32
     assert filled.shape == size
     np.testing.assert_array_equal(filled[mask], gray[mask])
-    beyond = 0.1 if fill is telea else 1e-6  # it follows gradients, a step of 8 bits each pixel
+    beyond = 0.1 if fill is telea else 1e-6  # it follows gradients, an 8-bit step for each pixel
     assert filled.min() >= gray[mask].min() - beyond
     assert filled.max() <= gray[mask].max() + beyond
 
@@ -83,7 +83,7 @@ def test_pull_push_by_hand() -> None:
 
 
 def test_telea_marches_in_both_directions() -> None:
-    """Three unknown pixels between stripes: their neighbours' values, and beyond by the steps that it adds."""
+    """Three unknown pixels between stripes: their neighbours' values, plus the steps that Telea adds."""
     gray = np.repeat(np.float32([[0.2, 0.2, 0.2, 0, 0, 0, 0.8, 0.8, 0.8]]), 7, 0)
     mask = np.repeat([[1, 1, 1, 0, 0, 0, 1, 1, 1]], 7, 0)
     filled = telea(gray, mask)

@@ -1,4 +1,4 @@
-"""Formulas: Python functions called with symbols compute what numpy computes with numbers."""
+"""Formulas: Python functions called with symbols give the values of numpy with numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def values(expression, points=POINTS):
 
 
 def check(function, points=POINTS, rtol=1e-12, atol=1e-14):
-    """The formula of a function of x, y and z has the values of the function itself."""
+    """Check that the formula of a function of x, y and z has the function's values."""
     expected = np.broadcast_to(quietly(function, *points.T), len(points))
     np.testing.assert_allclose(values(expression_of(function, 3), points), expected, rtol, atol)
 
@@ -43,7 +43,7 @@ POWERS = {np.power, np.float_power}
 
 
 def applications(ufunc):
-    """Functions of x, y and z that call the ufunc with symbols, and with a number on either side."""
+    """Yield functions of x, y and z that call the ufunc with symbols, and with a number on either side."""
     if ufunc in OF_CONDITIONS:
         yield lambda x, y, z: np.where(ufunc(*(x > 0.3, y <= 1)[: ufunc.nin]), 1, 0)
     elif ufunc in COMPARISONS:
@@ -60,7 +60,7 @@ def applications(ufunc):
 
 @pytest.mark.parametrize("ufunc", RULES.keys() - {np.divmod}, ids=lambda ufunc: ufunc.__name__)
 def test_every_ufunc_computes_what_it_does_in_numpy(ufunc) -> None:
-    # Of numbers below 0 only whole powers are known to be real.
+    # Negative numbers have only integer powers.
     points = POINTS[POINTS[:, 0] > 0] if ufunc in POWERS else POINTS
     for function in applications(ufunc):
         check(function, points)
@@ -73,7 +73,7 @@ def test_functions_that_are_zero_at_zero_keep_their_digits_there(ufunc) -> None:
     sizes = np.concatenate([np.logspace(-300, 0, 301), np.linspace(0.01, 0.99, 99)])[:, None] * (1 - 1e-9)
     check(lambda x, y, z: ufunc(x), np.concatenate([-sizes, sizes]) * np.ones(3), 1e-13, 0)
 
-    # Floats too: where rays meet f(x) = f(c) in a box of half side 1e-5.
+    # Floats too: rays hit f(x) = f(c) in a box of half side 1e-5.
     half, c = 1e-5, np.array([0.31, -0.77, 1e-3]) * 1e-5
     rays = np.array([[1.7, 0.1, 0.2], [1.8, -0.6, 0.5]]) * half
     for at in c:
@@ -148,7 +148,7 @@ def test_nothing_and_something_infinite() -> None:
     assert special(lambda x: np.tanh(x * 1e6), -1) == -1
     for function in (np.sqrt, np.log, lambda x: np.minimum(np.sqrt(x), 0), lambda x: np.sqrt(x) * 0):
         assert np.isnan(special(function, -1))
-    # A choice is NaN only where the side that was chosen is, as numpy's.
+    # A choice is NaN only if the chosen side is, like numpy's.
     assert special(lambda x: np.where(x > 0, np.sqrt(x), 0), -1) == 0
     assert np.isnan(special(lambda x: np.where(x < 0, np.sqrt(x), 0), -1))
 
@@ -163,7 +163,7 @@ ONE = {
 } | {f"power {n}": (lambda a, n=n: a**n) for n in (-3, -1, 1, 2, 3, 5)}
 TWO = {
     f.__name__: f for f in (np.add, np.subtract, np.multiply, np.divide, np.minimum, np.maximum, np.hypot, np.mod)
-} | {"angle": lambda a, b: np.arctan2(a, 1 + abs(b))}  # off the cut, where the sign of zero decides
+} | {"angle": lambda a, b: np.arctan2(a, 1 + abs(b))}  # off the branch cut, where the sign of zero decides
 FOUR = {
     "less": lambda a, b, c, d: np.where(a < b, c, d),
     "at least": lambda a, b, c, d: np.where(a >= b, c, d),
@@ -191,8 +191,8 @@ def compute(tree, variables, after=lambda value: value):
 @given(TREES, st.integers(0, 1000))
 @settings(deadline=None, max_examples=300)
 def test_random_formulas_compute_what_numpy_does(tree, seed) -> None:
-    # Every step is disturbed a little, many times: where that shows, rounding decides, and nothing is compared. Nor
-    # is where a step overflows, which simplified formulas do elsewhere.
+    # Each step is perturbed slightly, several times: where the result changes, rounding decides, and nothing is
+    # compared. The same holds for overflows, which simplified formulas have elsewhere.
     random = np.random.default_rng(seed)
     usual = np.ones(len(POINTS), bool)
 
@@ -202,7 +202,7 @@ def test_random_formulas_compute_what_numpy_does(tree, seed) -> None:
         return value * (1 + random.uniform(-by, by, np.shape(value) or len(POINTS)))
 
     variables = {"number": np.float64, **dict(zip("xyz", POINTS.T, strict=True))}
-    # NaN of numpy's where comes from the chosen side; elsewhere it passes on as it does here.
+    # NaN of numpy's where comes from the chosen side; elsewhere it propagates as here.
     expected = np.broadcast_to(quietly(compute, tree, variables, lambda value: disturbed(value, 0)), len(POINTS))
     others = np.stack([np.broadcast_to(quietly(compute, tree, variables, disturbed), len(POINTS)) for _ in range(24)])
 
@@ -221,7 +221,7 @@ def test_random_formulas_compute_what_numpy_does(tree, seed) -> None:
         assert np.array_equal(np.isnan(got[usual]), np.isnan(expected[usual]))
 
 
-# ---- What is stored --------------------------------------------------------------------------------------
+# ---- Stored formulas -------------------------------------------------------------------------------------
 
 
 def ops(function, arity=3):
@@ -238,7 +238,7 @@ def test_what_occurs_twice_is_stored_once() -> None:
 
     assert ops(chain) == (2 + 3 * 100, {"square"})
     assert ops(lambda x, y, z: np.sin(x + 1) + np.sin(x + 1.0) * y)[0] == 7
-    # Conditions leave nothing behind that is not used.
+    # Conditions leave no unused nodes.
     assert ops(lambda x, y, z: np.where(x - y < 0, x, y)) == (4, {"select"})
     assert ops(lambda x, y, z: np.where(x - y >= 0, x, y)) == (4, {"select"})
 
@@ -326,7 +326,7 @@ def test_what_is_too_long_to_be_read_is_cut() -> None:
     assert text.endswith("...")
 
 
-# ---- What goes wrong -------------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 TRUTH = "a condition on symbols has no truth value while the formula is traced: use np.where"
 
@@ -402,7 +402,7 @@ def capsule(p):
 
 
 def wedge(p):
-    """A convex polygon in x and y with the corners' signs, as even-odd tests are written."""
+    """A convex polygon in x and y with the signs of its corners, as in even-odd tests."""
     corners = np.array([[0.0, 0], [2, 0.3], [1, 2]])
     squared = np.sum((p[:, :2] - corners[0]) ** 2, axis=1)
     sign = np.ones(len(p))

@@ -61,7 +61,7 @@ def mix(a, b, h):
 
 
 def places(p):
-    """A colour that tells where a point was."""
+    """A colour that encodes a point's position."""
     return np.stack([np.sin(p[:, 0]), np.cos(p[:, 1]), np.sin(p[:, -1] + 1)], axis=1) * 0.5 + 0.5
 
 
@@ -106,12 +106,12 @@ def test_nan_is_black():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sphere(1).color("red"), 'color: c: expected #rrggbb or 3 numbers, got "red"'),
-        (lambda: sphere(1).color("#12345"), 'color: c: expected #rrggbb or 3 numbers, got "#12345"'),
+        (lambda: sphere(1).color("rot"), 'color: c: expected #rrggbb, a CSS name or 3 numbers, got "rot"'),
+        (lambda: sphere(1).color("#12345"), 'color: c: expected #rrggbb, a CSS name or 3 numbers, got "#12345"'),
         (lambda: sphere(1).color((1, 2, 0)), r"color: c: expected numbers in 0..1, got \(1, 2, 0\)"),
         (lambda: sphere(1).color((np.nan, 0, 0)), "color: c: expected finite numbers"),
-        (lambda: sphere(1).color(3), "color: c: expected #rrggbb or 3 numbers, got a number"),
-        (lambda: sphere(1).color(), "color: c: expected #rrggbb or 3 numbers, got nothing"),
+        (lambda: sphere(1).color(3), "color: c: expected #rrggbb, a CSS name or 3 numbers, got a number"),
+        (lambda: sphere(1).color(), "color: c: expected #rrggbb, a CSS name or 3 numbers, got nothing"),
         (lambda: sphere(1).color(lambda p: p[:, 0]), "color: c: expected a function that returns red, green and blue"),
         (lambda: sphere(1).color(lambda p: p > 0), "color: c: .+ got a condition"),
         (
@@ -119,7 +119,10 @@ def test_nan_is_black():
             "color: expected a function that returns red",
         ),
         (lambda: bob.implicit(lambda x, y, z: x, color=lambda x: x), "color: expected a formula, got TypeError"),
-        (lambda: bob.implicit(lambda x, y, z: x, color="#12"), "color: expected #rrggbb or 3 numbers, got '#12'"),
+        (
+            lambda: bob.implicit(lambda x, y, z: x, color="#12"),
+            "color: expected #rrggbb, a CSS name or 3 numbers, got '#12'",
+        ),
         (lambda: bob.Implicit(sphere(1).expression, color=(0, 0, -1)), r"color: expected a number in \[0, 1\], got -1"),
         (
             lambda: bob.Implicit(sphere(1).expression, color=lambda x, y, z: x),
@@ -141,7 +144,7 @@ def test_unions_show_the_lower_value():
     agree(A | B, where(b < a, BLUE, RED))
     agree(A | box(1.5).translate((0.7, 0.4, 0.3)), where(b < a, WHITE, RED))
     agree(sphere(1) | B, where(b < a, BLUE, WHITE))
-    agree(A | A.color("#00f"), RED)  # the first where both are equal
+    agree(A | A.color("#00f"), RED)  # the first if both are equal
     assert (sphere(1) | box(1)).color_formula is None
 
 
@@ -162,7 +165,7 @@ def test_differences_have_the_color_of_the_tool_if_it_has_one():
 @pytest.mark.parametrize("k", [0.25, 1.5])
 def test_smooth_operations_blend_by_the_h_of_distances(k):
     a, b = values(A), values(B)
-    h = np.clip(0.5 + 0.5 * (b - a) / k, 0, 1)  # as fogleman/sdf has it
+    h = np.clip(0.5 + 0.5 * (b - a) / k, 0, 1)  # as in fogleman/sdf
     np.testing.assert_allclose(values(A | B.k(k)), b + (a - b) * h - k * h * (1 - h), atol=1e-12)
     agree(A | B.k(k), mix(BLUE, RED, h))
     agree(sphere(1).union(B, k=k), mix(BLUE, WHITE, h))
@@ -274,7 +277,7 @@ def test_distances_are_the_same_node_by_node(text):
     assert made.expression == _core.run_script(plain.encode()).expression
 
 
-# ---- Words of one's own ----------------------------------------------------------------------------------
+# ---- Custom words ----------------------------------------------------------------------------------------
 
 
 def test_custom_operations_carry_colors():
@@ -356,8 +359,10 @@ def test_scripts_make_the_colors_that_python_makes(tmp_path):
     exec("from bobrossnet.sdf import *\n" + PROGRAM, names)
     assert shape.color_formula == names["f"].color_formula
     assert shape.digest == names["f"].digest
-    (tmp_path / "a.sdf").write_text("sphere(1).color('blue')")
-    with pytest.raises(bob.InputError, match=r"a.sdf: line 1, column 11: color: c: expected #rrggbb or 3 numbers"):
+    (tmp_path / "a.sdf").write_text("sphere(1).color('blau')")
+    with pytest.raises(
+        bob.InputError, match=r"a.sdf: line 1, column 11: color: c: expected #rrggbb, a CSS name or 3 numbers"
+    ):
         bob.load(tmp_path / "a.sdf")
 
 
@@ -404,7 +409,7 @@ def test_everything_that_shows_colors_shows_them(shape):
     *_, frame = bob.progressive(A, size=SIZE)
     assert frame.gbuffer.color[30, 40, 0] > 2 * frame.gbuffer.color[30, 40, 1]
     view = bob.View(shape, size=SIZE)
-    for azimuth in (30, 32):  # what was seen is shaded anew
+    for azimuth in (30, 32):  # reprojected samples are shaded again
         seen = view.frame(bob.Camera(azimuth=azimuth), fraction=1)
     assert np.array_equal(seen.gbuffer.albedo, bob.trace(shape, bob.Camera(azimuth=32), size=SIZE).albedo)
 
@@ -437,7 +442,7 @@ def test_files_of_meshes_hold_the_colors(shape, ending, tmp_path):
     ours, theirs = mesh.colors[order[0]], again.colors[order[1]]
     if ending != "glb":
         ours, theirs = to_srgb(ours), to_srgb(theirs)
-    assert (np.abs(ours - theirs).max(axis=1) < 0.6 / 255).mean() > 0.99  # but for the order of close vertices
+    assert (np.abs(ours - theirs).max(axis=1) < 0.6 / 255).mean() > 0.99  # except for the order of close vertices
     mesh.save(tmp_path / "a.stl")
     shape.save(tmp_path / f"b.{ending}", step=0.1)
     assert (tmp_path / f"b.{ending}").read_bytes() == (tmp_path / f"a.{ending}").read_bytes()

@@ -1,4 +1,4 @@
-"""Every seed and every input that once broke a reader, and a few mutants of them: fuzz/run.py says what is checked."""
+"""Every seed, every input that once broke a reader, and a few mutants; fuzz/run.py describes the checks."""
 
 import importlib.util
 import re

@@ -1,4 +1,4 @@
-"""G-buffers and samples: what they hold, and what they refuse."""
+"""G-buffers and samples: their values and their errors."""
 
 import pickle
 

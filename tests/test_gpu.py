@@ -1,4 +1,4 @@
-"""Networks on a page's GPU, in software: the core's pictures, and what happens without a GPU or when it is lost."""
+"""Networks on a page's GPU, in software: the core's pictures, and fallbacks without a GPU or after its loss."""
 
 import numpy as np
 import pytest
@@ -129,7 +129,7 @@ ASK = """
 
 @pytest.fixture(scope="module")
 def gpu(browser, viewer):
-    """What asks a worker of a browser with a GPU; {value} or {error} come back."""
+    """Return a function that asks a worker of a browser with a GPU; {value} or {error} come back."""
     viewer.files["gpu_worker.js"] = WORKER.encode()
     with launch(browser.browser_type, *OPTIONS) as with_gpu:
         page = with_gpu.new_page()
@@ -142,7 +142,7 @@ def noise(size, density):
     stack = random.random((TRACED.width, *size), dtype=np.float32)
     stack[3:] = 2 * stack[3:] - 1
     stack[0] = 1
-    stack[1:, :, : size[1] // 2] = 0  # background, which the default network finds
+    stack[1:, :, : size[1] // 2] = 0  # background, which the default network detects
     return np.ascontiguousarray(stack * (random.random(size) < density))
 
 
@@ -220,13 +220,13 @@ def planes(viewer, tree):
 
 @pytest.mark.parametrize(("rival", "calls"), [("none", 0), ("failing", 1), ("wrong", 1), ("slow", 2), ("software", 2)])
 def test_webassembly_completes_unless_the_gpu_is_right_and_faster(gpu, planes, rival, calls):
-    """The first call is not measured, but checked; the second is enough where there is no hope."""
+    """The first call is checked, not timed; without a chance, the second call decides."""
     found = gpu("race", rival, *SIZE, 10)["value"]
     assert found == {"backends": 10 * ["wasm"], "calls": calls, "difference": 0}
 
 
 def test_gpu_completes_where_it_is_faster(gpu, planes):
-    """After six pictures that are not measured, the last of them with the GPU's first, and five that both complete."""
+    """After six untimed pictures, the last with the GPU's first, and five completed by both."""
     found = gpu("race", "fast", *SIZE, 16)["value"]
     assert found == {"backends": 11 * ["wasm"] + 5 * ["gpu"], "calls": 1 + 5 + 5, "difference": 0}
 

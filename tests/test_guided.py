@@ -1,4 +1,4 @@
-"""Completion along guides: what is known of the first surface at every pixel."""
+"""Completion along guides: the first surface at every pixel."""
 
 import pickle
 
@@ -14,7 +14,7 @@ LUMINANCE = np.float32([0.2126, 0.7152, 0.0722])
 
 @pytest.fixture(scope="module")
 def tiled(tree):
-    """The tree with tiles of two colours: what is traced, its colour, and its guides."""
+    """Return the tree with tiles of two colours: its samples, its colour, and its guides."""
     full = bob.trace(tree, size=(96, 128))
     row, column = np.indices(full.size)
     tile = ((row // 5 + column // 7) % 2)[..., None] > 0
@@ -39,12 +39,12 @@ def test_guides_find_what_was_not_traced(tiled):
     gray = bob.complete(guided)
     assert np.array_equal(gray[traced], guided.gray[traced])
     assert np.allclose(gray, bob.complete(guided, channel="color") @ LUMINANCE, atol=1e-5)
-    assert np.array_equal(bob.complete(guided, "paper"), bob.complete(blind, "paper"))  # networks know nothing of them
+    assert np.array_equal(bob.complete(guided, "paper"), bob.complete(blind, "paper"))  # networks ignore guides
 
 
 def test_rays_go_to_surfaces_that_none_has_seen():
     column = np.indices((96, 128))[1]
-    is_bar = column % 32 // 2 == 1  # beside the lattice's first pixels
+    is_bar = column % 32 // 2 == 1  # next to the lattice's first pixels
 
     class Barred:
         size = is_bar.shape
@@ -116,13 +116,13 @@ def test_threads_and_instruction_sets_agree(tiled, every_instruction_set):
 
 
 def noisy(color, seed=0):
-    """What a path tracer makes of it: noise in proportion to light, and fireflies; and its variance."""
+    """Return a path tracer's version: noise proportional to light, with fireflies; and its variance."""
     rng = np.random.default_rng(seed)
     deviation = 0.5 * color
     drawn = np.maximum(color + deviation * rng.standard_normal((*color.shape[:2], 1)), 0)
     fireflies = rng.random(color.shape[:2]) < 0.01
     drawn[fireflies] *= 20
-    variance = np.where(fireflies, 40**2, 1) * np.square(deviation @ LUMINANCE)  # one path of many: as large as itself
+    variance = np.where(fireflies, 40**2, 1) * np.square(deviation @ LUMINANCE)  # one path of many: equal to its square
     return drawn.astype(np.float32), variance.astype(np.float32)
 
 
@@ -140,7 +140,7 @@ def test_noise_is_averaged_and_more_samples_are_no_worse(tiled):
 
 
 def test_lamps_are_no_fireflies(tiled):
-    """What is bright and certain stays, though all around is darker and noisy."""
+    """Bright, certain pixels are kept, though their surroundings are darker and noisy."""
     full, color, guides = tiled
     lit = color.copy()
     lit[40:44, 60:64] = 50

@@ -1,4 +1,4 @@
-"""Every argument of every public function, given values that it cannot use: success, or one line of InputError."""
+"""Every argument of every public function, with unusable values: success, or a one-line InputError."""
 
 import inspect
 import os
@@ -46,7 +46,7 @@ ALLOWED = (TypeError, ValueError, OSError)
 """InputError is a ValueError."""
 
 SLOW = {"workers", "scheduler"}
-"""Arguments whose values start processes or ask for other machines."""
+"""Arguments with values that start processes or connect to other machines."""
 
 LEFT_OUT = {
     "Brep": "an argument of nurbs_surface, which makes one",
@@ -65,11 +65,11 @@ LEFT_OUT = {
     "thumbnails": "starts processes",
     "view": "needs a notebook",
 }
-"""The public names that are not called, and why."""
+"""Public names that are not called, and the reason."""
 
 
 class Calls:
-    """Valid calls, small ones."""
+    """Small valid calls."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -118,6 +118,8 @@ class Calls:
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}
         yield "SDF2", sdf.SDF2, {"function": lambda p: p[:, 0]}
         yield "View", bob.View, {"scene": scene, "size": (8, 8)}
+        yield "save", bob.save, {"image": gray, "path": self.folder / "gray.png"}
+        yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}
@@ -199,7 +201,7 @@ first_frame.__signature__ = inspect.signature(bob.progressive)
 
 
 def told(function, arguments):
-    """The defect of how a call ended, or None."""
+    """Return the defect of a call's outcome, or None."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -266,7 +268,7 @@ EXAMPLES = {"number": 1, "integer": 2, "vector": (1, 1, 1), "size": 1, "easing":
 
 
 def test_only_files_are_read_as_weights(tmp_path, capsys):
-    """A pipe would keep its reader waiting for ever, and no disk has a name of 300 characters."""
+    """A pipe would block its reader forever, and no disk allows a name of 300 characters."""
     os.mkfifo(tmp_path / "pipe.safetensors")
     render = ["render", "--size", "8x8", "--fraction", "50%", "-o", str(tmp_path / "a.png"), "--model"]
     for model in (str(tmp_path / "pipe.safetensors"), "x" * 300, f"{'x' * 300}.safetensors"):

@@ -1,4 +1,4 @@
-"""Implicit surfaces as users trace them, against closed formulas and against samples of f in float64."""
+"""Implicit surfaces from the user's view, against closed forms and against samples of f in float64."""
 
 import pickle
 import signal
@@ -22,8 +22,8 @@ CUBE = ((-1, -1, -1), (1, 1, 1))
 
 # ---- Closed formulas -------------------------------------------------------------------------------------
 #
-# Convex solids are what slabs, balls and cylinders have in common. Each part of one says where lines enter and leave
-# it, and which way it faces there; `origin` and `direction` are (n, 3) float64, directions of unit length.
+# Convex solids are intersections of slabs, balls and cylinders. Each part returns where lines enter and leave it, and
+# its normals there; `origin` and `direction` are (n, 3) float64, directions of unit length.
 
 
 def dot(a, b):
@@ -35,7 +35,7 @@ def scaled_by(t, a):
 
 
 def slab(axis, low, high):
-    """What lies between two planes."""
+    """Return the part between two planes."""
     axis = np.asarray(axis, float)
 
     def part(origin, direction):
@@ -49,7 +49,7 @@ def slab(axis, low, high):
 
 
 def round_part(radius, axis=(0, 0, 0)):
-    """A ball, or with an axis the cylinder about it."""
+    """Return a ball, or with an axis the cylinder about it."""
     across = np.eye(3) - np.outer(axis, axis)
 
     def part(origin, direction):
@@ -60,7 +60,7 @@ def round_part(radius, axis=(0, 0, 0)):
             root = np.sqrt((radius**2 - dot(nearest, nearest)) / a)
         low, high = -b / a - root, -b / a + root
         into, out = ((o + scaled_by(t, d)) / radius for t in (low, high))
-        beside = np.isnan(root)  # never entered, long left
+        beside = np.isnan(root)  # never entered, or left long ago
         return np.where(beside, np.inf, low), np.where(beside, -np.inf, high), into, out
 
     return part
@@ -84,11 +84,11 @@ def convex(*parts):
 
 
 def ring(r1, r2):
-    """A torus about z: the roots of its quartic are the eigenvalues of a companion matrix."""
+    """Return a torus about z: the roots of its quartic are the eigenvalues of a companion matrix."""
 
     def solid(origin, direction):
         near = -dot(origin, direction)
-        o = origin + scaled_by(near, direction)  # where the line is nearest the middle, so that little cancels
+        o = origin + scaled_by(near, direction)  # from the line's point nearest the centre, to avoid cancellation
         c, flat_o, flat_d = dot(o, o) + r1**2 - r2**2, o * (1, 1, 0), direction * (1, 1, 0)
         # |p|^2 = t^2 + |o|^2 on the line, and (|p|^2 + r1^2 - r2^2)^2 = 4 r1^2 (x^2 + y^2) on the torus.
         quartic = [
@@ -142,7 +142,7 @@ SOLIDS = {
 
 
 def clear_of_edges(solid, origin, direction, distance):
-    """The rays beside which, `distance` away to four sides, the solid looks the same: no silhouette, and no edge."""
+    """Return the rays with the same view `distance` away on four sides: no silhouette and no edge is near."""
     t, normal = solid(origin, direction)
     one = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction), axis=1)])
     one /= np.linalg.norm(one, axis=1, keepdims=True)
@@ -156,8 +156,7 @@ def clear_of_edges(solid, origin, direction, distance):
 
 
 def pixel_rays(scene, camera, size):
-    """Origins on the plane through the sphere's front, directions, and the axes of the screen, as CONVENTIONS.md has
-    them."""
+    """Return origins on the plane through the sphere's front, directions, and the screen axes (CONVENTIONS.md)."""
     height, width = size
     azimuth, elevation, roll = np.radians([camera.azimuth, camera.elevation, camera.roll])
     toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
@@ -174,8 +173,10 @@ def pixel_rays(scene, camera, size):
 @pytest.mark.parametrize("name", SOLIDS)
 @pytest.mark.parametrize("camera", [bob.Camera(), bob.Camera(200, -55, 30, 1.3), bob.Camera(0, 0), bob.Camera(90, 90)])
 def test_pictures_are_the_closed_formula_s(name, camera):
-    """Away from edges and silhouettes: the same hits; depths within 2e-6 radii and normals within 1e-5, both
-    divided by the cosine at which the ray meets the surface."""
+    """Equal hits away from edges and silhouettes.
+
+    Depths are within 2e-6 radii and normals within 1e-5, both divided by the cosine of incidence.
+    """
     shape, solid = SOLIDS[name]
     scene = bob.Scene(shape)
     picture = bob.trace(scene, camera, size=(120, 160))
@@ -214,13 +215,13 @@ CONCAVE = "polygon([(-1, -1), (1, -0.7), (0, 0), (0.9, 1.2)])"
     ],
 )
 def test_normals_are_gradients(script):
-    """Those of differences of f in float64, a little before the hit, but along edges."""
+    """Normals from differences of f in float64, slightly before the hit, except along edges."""
     shape, camera = evaluated(script), bob.Camera()
     check_normals(shape, camera, 1e-3)
 
 
 def check_normals(shape, camera, edges):
-    """`edges` is the share of hits that may be so near an edge that its faces are mixed up."""
+    """`edges` is the tolerated share of hits so near an edge that its faces are confused."""
     scene = bob.Scene(shape)
     picture = bob.trace(scene, camera, size=(120, 160))
     origin, direction, right, up = pixel_rays(scene, camera, (120, 160))
@@ -241,7 +242,7 @@ def evaluated(script):
 
 
 def random_rays(rng, count):
-    """Rays about the unit sphere: from outside, inside and afar, towards it and away, of any length."""
+    """Return rays around the unit sphere: from outside, inside and afar, towards it and away, of any length."""
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     back = rng.choice([0.0, 0.3, 2.0, -2.0, 50.0], size=(count, 1))
@@ -262,7 +263,7 @@ def random_rays(rng, count):
     ],
 )
 def test_rays_meet_what_the_closed_formula_says(name, unit, center):
-    """Distances within 3e-6 radii divided by the cosine, whatever the unit and wherever the origin."""
+    """Distances within 3e-6 radii divided by the cosine, for any unit and any origin."""
     shape, solid = SOLIDS[name]
     placed = shape.scale(unit).translate(center)
     origin, direction, length = random_rays(np.random.default_rng(5), 4000)
@@ -275,26 +276,26 @@ def test_rays_meet_what_the_closed_formula_says(name, unit, center):
     assert np.array_equal(hit[clear], np.isfinite(t)[clear])
     both = clear & hit
     assert 0.2 < both.mean() < 0.8
-    rounding = 4e-16 * np.abs(origin * unit + center).max() / unit  # of the placed origin itself
+    rounding = 4e-16 * np.abs(origin * unit + center).max() / unit  # of the placed origin
     error = np.abs(distance[both] / unit - t[both]) * np.abs(dot(normal[both], direction[both]))
     assert error.max() < 3e-6 + rounding
 
 
-# ---- Sureness --------------------------------------------------------------------------------------------
+# ---- Completeness of roots -------------------------------------------------------------------------------
 
 SAMPLES = 2000
 RAYS = 40
 
 
 class Sampled:
-    """f along rays, evaluated densely in float64."""
+    """f along rays, densely evaluated in float64."""
 
     def __init__(self, shape, scene):
         low, high = (np.full(3, -np.inf), np.full(3, np.inf)) if shape.bounds is None else shape.bounds
         self.box, self.f, self.radius = (low, high), shape.expression, scene.radius
 
     def inside(self, points):
-        """Whether f < 0, by more than float64 rounds zeros, in the box that is looked at; (...) bool of (..., 3)."""
+        """Return whether f < 0 beyond float64 rounding, inside the box; (...) bool of (..., 3)."""
         flat = points.reshape(-1, 3)
         with np.errstate(all="ignore"):
             negative = self.f(flat) < -1e-14
@@ -303,15 +304,17 @@ class Sampled:
         )
 
     def touches(self, points, reach):
-        """Whether the surface is within `reach` of the points along an axis: then float32 may take either side."""
+        """Return whether the surface is within `reach` of the points along an axis; float32 may take either side."""
         shifts = np.concatenate([np.eye(3), -np.eye(3)]) * reach
         around = self.inside(points[..., None, :] + shifts)
         return (around != self.inside(points)[..., None]).any(axis=-1)
 
 
 def check_sureness(shape, seed, rays=RAYS, rounding=3e-6):
-    """No sign change before a hit, one at it, none on rays that miss. `rounding` is how far from its place, in radii,
-    float32 may put the surface; what comes so near another side of it that it is thinner than that is passed over."""
+    """Check for no sign change before a hit, one at it, and none on rays that miss.
+
+    `rounding` is the displacement of the surface, in radii, that float32 may cause. Thinner walls are ignored.
+    """
     scene = bob.Scene(shape)
     sampled, radius = Sampled(shape, scene), scene.radius
     rng = np.random.default_rng(seed)
@@ -407,7 +410,7 @@ SCRIPTS = st.recursive(PRIMITIVES, operations, max_leaves=4)
 
 
 def traceable(make):
-    """The shape, or None if it has no surface or its bounds can't be found; other tests cover those."""
+    """Return the shape, or None if it has no surface or no bounds; other tests cover these."""
     try:
         shape = make()
         bob.Scene(shape)
@@ -485,7 +488,7 @@ def test_no_ray_passes_through_thin_shells_and_sharp_outlines(script):
 
 
 def hits(shape, origin, direction):
-    """Along one ray, the coordinate of `direction`'s axis at which it hits; None if it does not."""
+    """Return the coordinate of a ray's hit on `direction`'s axis, or None for a miss."""
     distance = bob.Scene(shape).closest_hits([origin], [direction]).distance[0]
     axis = np.argmax(np.abs(direction))
     return None if np.isinf(distance) else pytest.approx(origin[axis] + distance * np.sign(direction[axis]), abs=1e-5)
@@ -494,10 +497,10 @@ def hits(shape, origin, direction):
 @pytest.mark.parametrize(
     ("formula", "from_right", "from_left"),
     [
-        # Along x through the middle of the cube from -1 to 1. Where f comes to be from NaN is no surface.
+        # Along x through the centre of the cube from -1 to 1. Where f changes from NaN, there is no surface.
         (lambda x, y, z: np.sqrt(x) - 0.5, 0.25, 0.25),
         (lambda x, y, z: np.log(x + 0.5), 0.5, 0.5),
-        (lambda x, y, z: 1 / x, -1, -1),  # the pole at 0 is none either: the cube's own end is what is seen through it
+        (lambda x, y, z: 1 / x, -1, -1),  # nor at the pole at 0: the cube's end is visible through it
         (lambda x, y, z: 1 / x - 2, 1, -1),
         (lambda x, y, z: -1 / x, 1, 1),
         (lambda x, y, z: np.where(x > 0, np.sqrt(x), 0) + y * y + z * z - 0.5, 0.25, -1),
@@ -551,7 +554,7 @@ def test_formulas_without_values_are_refused(formula):
     )
 )
 def test_wild_formulas_are_traced_or_refused(formula):
-    """Whatever the formula: hits lie in the box, and normals point at the viewer."""
+    """For any formula: hits lie in the box, and normals point at the viewer."""
     with np.errstate(all="ignore"):
         shape = traceable(lambda: bob.implicit(eval(f"lambda x, y, z: {formula} + 0 * x", {"np": np}), bounds=CUBE))
     if shape is None:
@@ -587,7 +590,7 @@ def test_wild_formulas_are_traced_or_refused(formula):
     ],
 )
 def test_bounds_and_sphere_hug_the_surface(shape, low, high):
-    """The box that is found holds all of it, and is at most 1.5 % of the size larger at either end; so the sphere."""
+    """The derived box contains the surface, with a margin of at most 1.5 % of the size; likewise the sphere."""
     low, high = np.array(low, float), np.array(high, float)
     size = (high - low).max()
     found_low, found_high = shape.bounding_box(np.eye(4))
@@ -648,7 +651,7 @@ def test_shapes_without_bounds_or_surface_are_refused(make, message):
 
 
 def test_bounds_cut_solids():
-    """The cut is a face of the solid, and what is left has bounds of its own."""
+    """The cut is a face of the solid, and the remaining part has tighter bounds."""
     half = bob.Implicit(sdf.sphere(1).expression, ((-2, -2, -2), (0.25, 2, 2)))
     full = bob.trace(half, bob.Camera(0, 0), size=(64, 64))
     assert np.abs(full.normal[32, 32]).max() < 1e-6
@@ -671,7 +674,7 @@ def test_a_box_inside_the_solid_is_seen_as_a_box():
 
 
 def knot():
-    """A shape with edges, blends and a hollow."""
+    """Return a shape with edges, blends and a cavity."""
     return (sdf.box(1).k(0.1) | sdf.torus(0.6, 0.2).orient(X)) - sdf.cylinder(0.2)
 
 
@@ -685,7 +688,7 @@ def crowd():
         .scale((0.5, 1, 0.7))
         .rotate(0.7, (1, 2, 3))
         .translate((1, 1, 0.4)),
-        bob.Instance(knot()),  # equal to the second, where it is
+        bob.Instance(knot()),  # equal to the second, in the same place
         bob.Instance(sdf.sphere(0.3)).translate((0, 0, 0.7)),
     ]
 
@@ -719,7 +722,7 @@ def test_an_instance_looks_like_the_moved_formula(placed, words):
 
 
 def test_the_same_picture_from_a_matrix_and_from_a_formula():
-    """Beside a mesh much larger than both, so that the scene's sphere is the same."""
+    """Next to a mesh much larger than both, so that the scene's sphere is the same."""
     frame = bob.Mesh([[-5, -5, -5], [5, 5, 5], [5, 5, 5.001]], [[0, 1, 2]])
     a = bob.trace([frame, bob.Instance(knot()).rotate(0.8, (1, 2, 3)).scale(2)], bob.Camera(zoom=4), size=SIZE)
     b = bob.trace([frame, knot().rotate(0.8, (1, 2, 3)).scale(2)], bob.Camera(zoom=4), size=SIZE)
@@ -739,14 +742,14 @@ def test_neither_order_nor_threads_matter():
     try:
         for count in (1, 2, 5):
             bob.set_thread_count(count)
-            assert bob.trace(crowd(), size=SIZE) == pictures[0]  # the cells are cut by so many threads, too
+            assert bob.trace(crowd(), size=SIZE) == pictures[0]  # building the cells uses this number of threads too
     finally:
         bob.set_thread_count(threads)
 
 
 @pytest.mark.parametrize("shapes", [knot, crowd, lambda: sdf.sphere(1).shell(0.001) - sdf.box(1.2)])
 def test_a_ray_s_hit_depends_on_that_ray_alone(shapes):
-    """So that a part is a sample of the whole, to the bit, whatever rays travel together."""
+    """So a part is a sample of the whole, to the bit, in any packet of rays."""
     scene = bob.Scene(shapes())
     full = bob.trace(scene, size=SIZE)
     for fraction, seed in ((0.0001, 0), (0.01, 1), (0.3, 2), (0.999, 3)):
@@ -856,7 +859,7 @@ def test_no_ray_passes_through_the_examples(name):
 
 
 def nested_sines():
-    """A formula on which any one question takes long."""
+    """Return a formula with slow evaluations."""
     graph = _core.Graph()
     value = graph.x()
     for _ in range(100_000):

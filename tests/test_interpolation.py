@@ -1,4 +1,4 @@
-"""The lattice's interpolation in PyTorch is the core's."""
+"""The lattice interpolation in PyTorch equals the core's."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Modules of the page, joined to a file for each entry."""
+"""Modules of the page, bundled to one file for each entry."""
 
 import re
 
@@ -46,7 +46,7 @@ export function* steps() { yield base; yield other; }
 
 
 class Folder(Modules):
-    """Modules that are in no file."""
+    """Modules without files."""
 
     def __init__(self, files, tmp_path):
         for path, text in files.items():

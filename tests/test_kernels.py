@@ -1,4 +1,4 @@
-"""What must hold of the compiled kernels and of the networks made of them, besides their results."""
+"""Properties of the compiled kernels and of the networks, besides their results."""
 
 import re
 import shutil
@@ -17,11 +17,11 @@ OBJECTS = sorted((Path(__file__).parent.parent / "build/native").glob("CMakeFile
 
 AVX2 = {"avx2", "fma", "bmi1", "bmi2", "abm", "f16c", "movbe", "popcnt"}
 AVX512 = AVX2 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-"""The features that each instruction set needs, as Linux names them; abm has lzcnt."""
+"""Features required by each instruction set, by Linux' names; abm includes lzcnt."""
 
 
 def test_the_best_instruction_set_of_the_machine_is_in_use():
-    """A wrong answer would be silent: pictures are the same, at half the speed."""
+    """A wrong choice would be silent: equal pictures, at half the speed."""
     cpuinfo = Path("/proc/cpuinfo")
     flags = re.search(r"^flags\s*: (.*)$", cpuinfo.read_text(), re.MULTILINE) if cpuinfo.is_file() else None
     if flags is None:
@@ -31,20 +31,19 @@ def test_the_best_instruction_set_of_the_machine_is_in_use():
 
 
 def kernels_of(file):
-    """The folder of an instruction set's objects."""
+    """Return the folder of an instruction set's objects."""
     return next(part for part in file.parts if part.startswith("kernels_"))
 
 
 @pytest.mark.skipif(not OBJECTS or shutil.which("nm") is None, reason="needs nm, and the package built here by pip")
 def test_kernels_share_no_code():
-    """The linker keeps one copy of a function that several objects emit as shared: perhaps the one with AVX-512, for a
-    machine without."""
+    """The linker keeps one copy of a function emitted by several objects: perhaps one with AVX-512, on any machine."""
     of_each = Counter(kernels_of(file) for file in OBJECTS)
     assert len(set(of_each.values())) == 1, of_each
     for file in OBJECTS:
         symbols = subprocess.run(["nm", "--demangle", str(file)], capture_output=True, text=True, check=True).stdout
         assert "kernels" in symbols
-        # What lies in the instruction set's own namespace is no other's; a pointer to the C++ runtime is no code.
+        # Symbols in the instruction set's namespace are unique; a pointer to the C++ runtime is no code.
         own = f"bob::{kernels_of(file).removeprefix('kernels_').removesuffix('.dir')}::"
         shared = [line for line in symbols.splitlines() if line[17:18] in "WVu" and own not in line]
         assert not [line for line in shared if "DW.ref.__gxx_personality" not in line], file
@@ -53,7 +52,7 @@ def test_kernels_share_no_code():
 @pytest.mark.measures
 @pytest.mark.parametrize("name", networks.NETWORKS)
 def test_a_4k_picture_needs_32_mb(name):
-    """Beside its input and its output, of which the pages are touched before."""
+    """In addition to the input and output, with pages touched in advance."""
     tensors = networks.NETWORKS[name]().state_dict()
     layout, inputs = _core.gbuffer_layout(), _core.Layout(networks.NETWORKS[name].inputs)
     arrays = {key: tensor.numpy() for key, tensor in tensors.items()}

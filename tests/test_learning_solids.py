@@ -1,4 +1,4 @@
-"""Implicit and carved solids to learn from: each family gives something to see, and the same from the same seed."""
+"""Implicit and carved training solids: each family has visible shapes, reproducible from their seeds."""
 
 import numpy as np
 import pytest

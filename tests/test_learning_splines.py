@@ -1,4 +1,4 @@
-"""The families of NURBS to learn from."""
+"""The NURBS families for training."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ def made(name, seed):
 
 
 def digests(scene):
-    """What can be seen, on which alone a picture depends."""
+    """Return the visible properties, which determine every picture."""
     return tuple(sorted(instance.digest() for instance in scene.instances))
 
 
@@ -51,7 +51,7 @@ def test_balls_and_tori_are_exact():
 
 @pytest.mark.parametrize("sides", [3, 4, 7])
 def test_rounded_corners_are_arcs(sides):
-    """Extruded, so that the outline's points are those of a face."""
+    """Extruded, so that the outline's points are points of a face."""
     cut = 0.2
     outline = parts.rounded(parts.polygon(sides), cut)
     wall = parts.extruded([outline], 1.0).faces[2]
@@ -62,7 +62,7 @@ def test_rounded_corners_are_arcs(sides):
 
 
 def test_extruded_solids_are_closed():
-    """Rays that come from inside a wall of the solid meet it in every direction."""
+    """Rays from inside a wall of the solid hit it in every direction."""
     solid = parts.extruded([parts.smooth(parts.star(5, 0.4)), parts.circle(0.3)], 0.5)
     directions = np.random.default_rng(1).normal(size=(2000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -85,4 +85,4 @@ def test_pipes_go_straight_between_their_bends():
     tube = parts.pipe(corners, 0.1, 0.5)
     hits = bob.Scene(tube).closest_hits([(1.5, 5, 2), (0, 5, 1), (0, 5, 2)], [(0, -1, 0)] * 3)
     np.testing.assert_allclose(hits.distance[:2], 4.9, rtol=1e-5)
-    assert np.isinf(hits.distance[2])  # the corner itself is cut
+    assert np.isinf(hits.distance[2])  # the corner itself is cut off

@@ -1,4 +1,4 @@
-"""Text as shapes: against outlines sampled from the font by fontTools, and letters drawn by Pillow."""
+"""Text as shapes: compared with outlines sampled from the font by fontTools, and letters drawn by Pillow."""
 
 # ruff: noqa: N802, N815  # the pen's methods have fontTools' names
 
@@ -50,7 +50,7 @@ class Sampling(BasePen):
 
 
 def sampled(font_file, letters):
-    """Points of the outline, in the font's units, and the box that Pillow gives the text."""
+    """Return points of the outline, in the font's units, and Pillow's box of the text."""
     points, at = [], 0
     with TTFont(font_file) as font:
         glyphs, names = font.getGlyphSet(), font.getBestCmap()
@@ -80,7 +80,7 @@ def drawn(pen, *outlines):
 
 
 def built(path, glyphs, cff=False, kern=None):
-    """A font of 1000 units, glyphs 800 wide."""
+    """Write a font of 1000 units, with glyphs 800 wide."""
     names = [".notdef", *glyphs]
     builder = FontBuilder(1000, isTTF=not cff)
     builder.setupGlyphOrder(names)
@@ -115,14 +115,14 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cff(folder):
-    """A font of cubics: an S-shaped one, and one with a control point at its end."""
+    """Write a font of cubics: an S-shaped one, and one with a control point at its end."""
     drop = [(100, 0), ((300, -100), (600, 200), (500, 500)), ((400, 800), (100, 700), (100, 700)), (50, 300)]
     return built(folder / "cubics.otf", {"d": [drop]}, cff=True)
 
 
 @pytest.fixture(scope="module")
 def squares(folder):
-    """A: a square. B: two that overlap by half. C: a square in the other direction around one."""
+    """A: a square. B: two that overlap by half. C: a square inside another, in the opposite direction."""
     over = [(x + 250, y) for x, y in SQUARE]
     inner = [(x / 2 + 100, y / 2 + 100) for x, y in SQUARE[::-1]]
     return built(
@@ -144,7 +144,7 @@ def test_distances_are_those_of_the_curves(letters, width, height):
     places = np.random.default_rng(0).uniform(-0.8, 0.8, (20_000, 2)) * (wide, high_)
     expected = away_from(outline, places)
     distance = text(DEJAVU, letters, width, height)(places)[:, 0]
-    clear = expected > 0.01  # nearer, the samples are too far apart
+    clear = expected > 0.01  # nearer, the samples are too sparse
     assert np.abs(np.abs(distance) - expected)[clear].max() < 3e-5 * size * scale.max() + 1e-5
 
 
@@ -183,7 +183,7 @@ def test_sizes(squares):
     assert measure_text(squares, "AA", height=2) == pytest.approx((6.4, 2))
     assert measure_text(squares, "A", width=3.2) == pytest.approx((3.2, 2))
     assert measure_text(squares, "A", width=5, height=2) == pytest.approx((5, 2))
-    assert measure_text(squares, "AB") == pytest.approx((1550 / 500, 1))  # closer by 100, and B is 850 wide itself
+    assert measure_text(squares, "AB") == pytest.approx((1550 / 500, 1))  # kerned by 100, and B itself is 850 wide
 
 
 def test_places(squares):
@@ -199,14 +199,14 @@ def test_places(squares):
 
 
 def test_outlines_that_overlap_are_one(squares):
-    """B reaches from 100 to 850; where its halves overlap there is nothing but inside."""
+    """B reaches from 100 to 850; the overlap of its halves is all inside."""
     f = text(squares, "B", height=500)
     low = -425  # of the box, which is as wide as the letter, 850
     assert f([(low + 475, 0), (low + 350, 0), (low + 840, 0)])[:, 0] == pytest.approx([-250, -250, -10])
 
 
 def test_holes(squares):
-    """C has one from 150 to 400 by 100 to 350."""
+    """C has a hole from 150 to 400 by 100 to 350."""
     f = text(squares, "C", height=500)
     assert f([(-125, -25), (-245, -25), (-275, 0)])[:, 0] == pytest.approx([125, 5, -25])
 
@@ -231,7 +231,7 @@ def test_text_is_a_shape_like_others(tmp_path):
 
 
 def test_text_makes_closed_meshes():
-    """As much within as the letter's own area, by its outline's samples, says."""
+    """Their volume matches the letter's area, from samples of its outline."""
     f = text(DEJAVU, "B").extrude(0.5)
     mesh = f.mesh(0.01)
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))

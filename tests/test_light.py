@@ -1,4 +1,4 @@
-"""Light: worked values, shadows, skies, and what a scene's own light does."""
+"""Light: worked values, shadows, skies, and a scene's own light."""
 
 import math
 
@@ -15,7 +15,7 @@ from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.pixels import tiled_pixels
 
 SIZE = (48, 64)
-WHITE = bob.Material("#fff", ambient=0, diffuse=1, specular=0)  # rough, and reflects all light
+WHITE = bob.Material("#fff", ambient=0, diffuse=1, specular=0)  # diffuse, and reflects all light
 ABOVE = bob.Camera(elevation=90, azimuth=0)
 
 
@@ -36,7 +36,7 @@ def sphere_mesh(subdivisions=3):
 
 
 def lit(scene, light, camera=ABOVE, size=SIZE, paths=64, **options):
-    """Samples of all pixels of a scene, (H, W, C), by their names."""
+    """Return samples of all pixels of a scene, (H, W, C), by name."""
     tracer = LitTracer(scene, camera, size, light, paths=paths, **options)
     pixels = tiled_pixels(size)
     samples = tracer(pixels)
@@ -51,7 +51,7 @@ def lit(scene, light, camera=ABOVE, size=SIZE, paths=64, **options):
 
 
 def inner(mask, margin=2):
-    """Pixels whose neighbours are of the mask as well."""
+    """Return pixels of the mask with neighbours of the mask."""
     kept = mask.copy()
     for _ in range(margin):
         padded = np.pad(kept, 1)
@@ -63,14 +63,14 @@ def inner(mask, margin=2):
 
 
 def test_a_plane_is_not_occluded_at_all():
-    """Under a white sky a white, rough plane is exactly as bright: no ray meets the surface that it started on."""
+    """Under a white sky a white diffuse plane is exactly as bright: no ray hits its own origin."""
     seen = lit(white(square()), bob.Sky())
     assert inner(seen["hit"]).sum() > 100
     np.testing.assert_allclose(seen["gray"][inner(seen["hit"])], 1, rtol=1e-5)
 
 
 def test_a_plane_is_as_bright_as_its_light_says():
-    """A light's colour is that of a white surface that faces it; others have its cosine."""
+    """A light's colour is the radiance of a white surface facing it; other surfaces have a cosine factor."""
     for angle, tolerance in ((0, 1e-5), (30, 2e-3), (90, 6e-3)):
         for elevation in (90, 60, 46):
             e = math.radians(elevation)
@@ -81,13 +81,13 @@ def test_a_plane_is_as_bright_as_its_light_says():
 
 
 def test_a_sky_of_two_colours_is_what_its_integral_says():
-    """Of L = b + (t - b) (1 + z) / 2 a surface of normal n receives pi ((t + b) / 2 + (t - b) n_z / 3)."""
+    """For L = b + (t - b) (1 + z) / 2 the irradiance at a normal n is pi ((t + b) / 2 + (t - b) n_z / 3)."""
     seen = lit(white(square()), bob.Sky((0.9, 0.9, 0.9), (0.3, 0.3, 0.3)), paths=256)
     assert seen["gray"][inner(seen["hit"])].mean() == pytest.approx(0.6 + 0.2, abs=1e-3)
 
 
 def test_a_sphere_shades_the_plane_below_it_as_its_solid_angle_says():
-    """A sphere of radius 1 on a plane hides 1 / d^3 of the sky's light, at a distance d of its centre."""
+    """A sphere of radius 1 on a plane occludes 1 / d^3 of the sky's light, at a distance d of its centre."""
     ball = bob.implicit(lambda x, y, z: x**2 + y**2 + (z - 1) ** 2 - 1, bounds=((-1, -1, 0), (1, 1, 2)))
     black = bob.Material("#000", ambient=0, diffuse=0, specular=0)
     scene = bob.Scene([white(square(16)), bob.Instance(ball, material=black)])
@@ -104,7 +104,7 @@ def test_a_sphere_shades_the_plane_below_it_as_its_solid_angle_says():
 
 
 def test_an_edge_of_90_degrees_hides_what_its_integral_says():
-    """An endless wall of height H hides (1 - x / sqrt(x^2 + H^2)) / 2 of the sky's light, at a distance x."""
+    """An infinite wall of height H occludes (1 - x / sqrt(x^2 + H^2)) / 2 of the sky's light, at a distance x."""
     wall = bob.Mesh([(0, -200, 0), (0, 200, 0), (0, 200, 2), (0, -200, 2)], [(0, 1, 2), (0, 2, 3)])
     floor = bob.Mesh([(-20, -200, 0), (20, -200, 0), (20, 200, 0), (-20, 200, 0)], [(0, 1, 2), (0, 2, 3)])
     black = bob.Material("#000", ambient=0, diffuse=0, specular=0)
@@ -112,16 +112,16 @@ def test_an_edge_of_90_degrees_hides_what_its_integral_says():
     camera = bob.Camera(elevation=90, azimuth=0, zoom=scene.radius / 6)
     seen = lit(scene, bob.Sky(), camera, (48, 48), paths=256, bounces=1)
     rows = np.arange(48)
-    x = np.abs((rows - 23.5) * 12 / 48)  # azimuth 0 looks with +x down
+    x = np.abs((rows - 23.5) * 12 / 48)  # at azimuth 0, +x points down
     expected = 1 - 0.5 * (1 - x / np.sqrt(x**2 + 4))
     np.testing.assert_allclose(seen["gray"].mean(1), expected, atol=0.006)
 
 
 def test_a_penumbra_is_as_wide_as_the_light_says():
-    """Under a half plane at a height h and a disc of angle a above, it grows from none to all over 2 h tan(a / 2)."""
+    """Under a half plane at height h and a disc of angular diameter a, it is 2 h tan(a / 2) wide."""
     shade = bob.Mesh([(0, -9, 1), (9, -9, 1), (9, 9, 1), (0, 9, 1)], [(0, 1, 2), (0, 2, 3)])
     scene = bob.Scene([white(square(18)), white(shade)])
-    # From the edge's open side: a slanted look under the half plane.
+    # From the edge's open side: a slanted view under the half plane.
     look = bob.Camera(azimuth=180, elevation=45, zoom=scene.radius / 1.5)
     angle = 20
     seen = lit(scene, bob.Light((0, 0, 1), angle=angle), look, (96, 96), paths=256, bounces=1)
@@ -132,14 +132,14 @@ def test_a_penumbra_is_as_wide_as_the_light_says():
     half = math.tan(math.radians(angle / 2))
     assert gray[x < -half - 0.05] == pytest.approx(1, abs=0.01)
     assert gray[x > half + 0.05].max() < 0.01
-    # The share of a disc beyond a chord, which projection hardly changes.
+    # The share of a disc beyond a chord, almost unchanged by projection.
     s = np.clip(x / half, -1, 1)
     expected = (np.arccos(s) - s * np.sqrt(1 - s**2)) / math.pi
     assert np.abs(gray - expected).mean() < 0.012
 
 
 def world_points(scene, camera, full):
-    """(H, W, 3), of an orthographic camera: where what each pixel shows is."""
+    """Return the visible point of each pixel, (H, W, 3), for an orthographic camera."""
     height, width = full.size
     a, e = math.radians(camera.azimuth), math.radians(camera.elevation)
     right = np.array([-math.sin(a), math.cos(a), 0])
@@ -153,7 +153,7 @@ def world_points(scene, camera, full):
     return scene.center + scene.radius * local
 
 
-# ---- Surfaces that rays start on -------------------------------------------------------------------------
+# ---- Self-intersection -----------------------------------------------------------------------------------
 
 
 ROUND = {
@@ -167,7 +167,7 @@ ROUND = {
 @pytest.mark.parametrize("kind", ROUND)
 @pytest.mark.parametrize("scale", [1, 1e-3, 1e4])
 def test_convex_shapes_do_not_shade_themselves(kind, scale):
-    """Rays start just above the surface, for every kind of shape, and at any size in a scene: nothing is hidden."""
+    """Rays start just above the surface, for every kind and size of shape: nothing is occluded."""
     placed = white(ROUND[kind]()).scale(scale)
     seen = lit(placed, bob.Sky(), bob.Camera(), (24, 32), paths=32)
     gray = seen["gray"][inner(seen["hit"])]
@@ -193,7 +193,7 @@ def test_small_and_flattened_instances_do_not_shade_themselves():
 @pytest.mark.parametrize("metallic", [0, 1])
 @pytest.mark.parametrize("roughness", [0, 0.2, 0.5, 1])
 def test_white_surfaces_in_a_white_world_are_white(metallic, roughness):
-    """The furnace: of the same light from everywhere all is reflected."""
+    """The furnace test: under uniform light, all light is reflected."""
     material = bob.Material("#fff", metallic=metallic, roughness=roughness)
     ball = bob.Instance(nurbs.sphere(), material=material)
     seen = lit(ball, bob.Sky(), bob.Camera(), (24, 32), paths=128)
@@ -204,13 +204,13 @@ def test_white_surfaces_in_a_white_world_are_white(metallic, roughness):
 
 
 def test_a_mirror_shows_what_is_around():
-    """A smooth metal ball shows the sky's top at its top, and a coloured wall where that is."""
+    """A smooth metal ball reflects the sky's top at its top, and a coloured wall in the wall's direction."""
     chrome = bob.Instance(nurbs.sphere(), material=bob.Material("#fff", metallic=1, roughness=0))
     seen = lit(chrome, bob.Sky("#fff", "#000"), bob.Camera(elevation=0), (33, 33), paths=64)
     middle = seen["gray"][:, 16]
     heights = (16 - np.arange(33)) * 2 / 33
     at = np.abs(heights) < 0.9
-    # The mirrored direction of a normal of height h, seen from the side, rises by 2 h sqrt(1 - h^2).
+    # The reflection of the view at a normal of height h rises by 2 h sqrt(1 - h^2).
     expected = 0.5 + heights[at] * np.sqrt(1 - heights[at] ** 2)
     np.testing.assert_allclose(middle[at], expected, atol=0.04)
 
@@ -244,7 +244,7 @@ def sun_map(height=32, width=64):
 
 
 def test_an_environment_is_what_its_sum_says():
-    """A plane receives a bright texel's radiance times solid angle times cosine, with little noise."""
+    """A plane's irradiance from a bright texel is radiance times solid angle times cosine, with little noise."""
     texels = sun_map()
     polar = (6.5) * math.pi / 32
     solid = (math.pi / 32) * (2 * math.pi / 64) * math.sin(polar)
@@ -256,7 +256,7 @@ def test_an_environment_is_what_its_sum_says():
 
 
 def test_an_environment_is_seen_where_it_is():
-    """The middle of the picture is what one sees along -x; columns go clockwise, to +y... from there."""
+    """The picture's centre is the direction -x; columns go clockwise from there, towards +y."""
     texels = np.zeros((16, 32, 3), np.float32)
     texels[:, 12:20, 0] = 1  # -x
     texels[:, 20:28, 1] = 1  # a quarter clockwise from above: +y
@@ -355,7 +355,7 @@ def test_traced_light_is_the_first_of_progressive_and_of_any_number_of_threads()
 
 
 def test_passes_go_on_until_the_error_is_small():
-    """Pixels are traced again once all were, with other paths each time; the picture converges."""
+    """Pixels are traced again after all have been traced, with new paths; the picture converges."""
     ball = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))])
     camera = bob.Camera(elevation=40)
     light = [bob.Light((1, 1, 2), angle=10), bob.Sky(intensity=0.3)]
@@ -407,7 +407,7 @@ def test_bad_lights_are_named(make, message):
 
 
 def test_extreme_scenes_end():
-    """Black and blinding skies, inside-out and open meshes, a camera within a mirror box, a thousand nested balls."""
+    """Black and blinding skies, inside-out and open meshes, a camera inside a mirror box, a thousand nested balls."""
     ball = sphere_mesh(1)
     inside_out = bob.Mesh(ball.vertices, ball.triangles[:, ::-1])
     mirror = bob.Material("#fff", metallic=1, roughness=0)
@@ -429,7 +429,7 @@ def test_extreme_scenes_end():
 
 
 def test_the_command_line_lights_scenes(tmp_path, capsys):
-    """With any share of the pixels light is completed along first hits, whatever network there is."""
+    """At any share of the pixels, light is completed along first hits, with any network."""
     sphere_mesh(2).save(tmp_path / "ball.ply")
     pictures = []
     for i, amount in enumerate(([], ["--fraction", "30%"], ["--error", "0.05"])):
@@ -448,7 +448,7 @@ def test_the_command_line_lights_scenes(tmp_path, capsys):
 
 
 def test_damaged_radiance_files_are_refused_in_a_line():
-    """Random bytes in a file of runs: read, or refused, and never anything else."""
+    """Random bytes in a run-length encoded file: read or refused, without any other error."""
     rng = np.random.default_rng(1)
     row = bytes((2, 2, 0, 16)) + 4 * (bytes((128 + 16, 130)))
     good = b"#?RADIANCE\n\n-Y 4 +X 16\n" + 4 * row

@@ -1,4 +1,4 @@
-"""Pictures as shapes: worked values, and outlines against the shapes that pictures were drawn of."""
+"""Images as shapes: worked values, and outlines compared with the drawn shapes."""
 
 import numpy as np
 import pytest
@@ -9,22 +9,22 @@ from bobrossnet.sdf import image, measure_image
 from bobrossnet.support.errors import InputError
 
 ROWS, COLUMNS = np.mgrid[:60, :80] + 0.5
-X, Y = COLUMNS - 40, 30 - ROWS  # of pixels' centres
+X, Y = COLUMNS - 40, 30 - ROWS  # at pixel centres
 
 
 def ball(radius):
-    """A disk with smooth edges."""
+    """Return an antialiased disc."""
     return np.clip(radius + 0.5 - np.hypot(X, Y), 0, 1)
 
 
 def test_a_disk():
     places = np.random.default_rng(0).uniform(-1, 1, (5000, 2)) * (60, 50)
     distance = image(ball(20), height=60)(places)[:, 0]
-    assert np.abs(distance - (np.hypot(*places.T) - 20)).max() < 0.35  # a quarter, and a little for the smooth edge
+    assert np.abs(distance - (np.hypot(*places.T) - 20)).max() < 0.35  # a quarter, and a margin for antialiasing
 
 
 def test_a_rectangle_and_its_hole():
-    """Of whole pixels: 10 <= x < 30 without 15 <= x < 20, 20 <= y < 50 without 30 <= y < 35, y down."""
+    """Whole pixels: 10 <= x < 30 without 15 <= x < 20, 20 <= y < 50 without 30 <= y < 35, y down."""
     white = np.zeros((60, 80), bool)
     white[20:50, 10:30] = True
     white[30:35, 15:20] = False

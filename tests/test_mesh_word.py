@@ -1,4 +1,4 @@
-"""Meshes as shapes of the modelling language: the same pictures as the meshes', joined to other shapes, in files."""
+"""Meshes as shapes of the modelling language: the same pictures as the meshes', unions with other shapes, files."""
 
 import pickle
 import runpy
@@ -23,13 +23,13 @@ def made_of(shape, step):
 
 @pytest.fixture(scope="module")
 def knot():
-    """With a hole, saddles, sharp edges and a thin handle, away from the origin."""
+    """Return a mesh with a hole, saddles, sharp edges and a thin handle, away from the origin."""
     shape = (torus(1, 0.3) | capsule(-1.5 * X, 1.5 * X, 0.06)) - box(0.5).translate((0, 1, 0))
     return made_of(shape.translate((30, -20, 10)), 0.05)
 
 
 def rays_at(shape, size=150):
-    """Parallel ones, over all of it."""
+    """Return parallel rays over the whole shape."""
     low, high = shape.bounding_box(np.eye(4))
     reach = np.linalg.norm(high - low) / 2
     towards = np.array((-0.3, 0.8, -0.5)) / np.linalg.norm((-0.3, 0.8, -0.5))
@@ -102,7 +102,7 @@ def test_winding_does_not_matter_and_parts_may_overlap():
 def test_a_mesh_and_its_formula_look_alike(knot):
     f = knot.sdf()
     assert_seen_alike(f, knot)
-    assert f.unresolved_rays < 20  # of those that pass along an edge
+    assert f.unresolved_rays < 20  # along edges
 
 
 def test_other_words_apply_to_meshes(knot):
@@ -187,7 +187,7 @@ def test_programs_with_meshes_run(tmp_path, monkeypatch):
     assert ((np.abs(distances - 10) < 0.1) | (np.abs(distances - 9.5) < 0.1))[~rim].all()
 
 
-# ---- What is refused -------------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 
 def test_meshes_that_have_no_inside_are_refused():

@@ -1,4 +1,4 @@
-"""Shapes as meshes: closed, of the volumes and the genus of their closed forms, as near as the step says; files."""
+"""Shapes as meshes: closed, with the volume and genus of their closed forms, within the step's tolerance; files."""
 
 import functools
 import warnings
@@ -25,7 +25,7 @@ def as_trimesh(mesh):
 
 
 def check_closed(mesh, euler=None):
-    """Each edge once in either direction, no triangle without corners of its own, no vertex unused."""
+    """Check that each edge occurs once in either direction, no triangle is degenerate, and no vertex is unused."""
     t = mesh.triangles.astype(np.int64)
     edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
     forward, back = (edges @ (len(mesh.vertices), 1), edges @ (1, len(mesh.vertices)))
@@ -75,7 +75,7 @@ def test_meshes_are_nearer_than_the_step_both_ways(shape, step):
     mesh = shape.mesh(step)
     surface = as_trimesh(mesh)
     checked = np.concatenate([mesh.vertices, surface.triangles_center])
-    # The formulas' values bound distances from below, so that points are cast onto the surface as well.
+    # The formulas' values are lower bounds of distances, so points are also projected onto the surface by rays.
     scene = bob.Scene(shape)
     direction = np.random.default_rng(1).normal(size=(3000, 3))
     hits = scene.closest_hits(-3 * direction / np.linalg.norm(direction, axis=1, keepdims=True), direction)
@@ -86,7 +86,7 @@ def test_meshes_are_nearer_than_the_step_both_ways(shape, step):
     assert np.abs(shape(checked)).max() < 0.35 * step
     near = np.abs(meshed.distance - hits.distance[hit]) < step
     assert np.isfinite(meshed.distance).mean() > 0.98
-    assert near.mean() > 0.95  # beside silhouettes rays pass the one and meet the other far behind
+    assert near.mean() > 0.95  # near silhouettes rays miss one surface and hit the other far behind
     assert np.abs(shape(on_surface)).max() < 1e-5
 
 
@@ -101,8 +101,10 @@ def test_sharp_edges_and_corners_stay_sharp():
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32), cells=st.integers(3, 24))
 def test_whatever_the_formula_edges_have_two_triangles(seed, cells):
-    """Waves much shorter than the step, so that signs are as good as random, and all kinds of cells come up, also faces
-    that a sheet passes twice on both sides."""
+    """Waves much shorter than the step, so that signs are nearly random.
+
+    All kinds of cells occur, also faces with two sheets on both sides.
+    """
     rng = np.random.default_rng(seed)
     waves = [(rng.normal(size=3) * rng.uniform(1, 40), rng.uniform(0, 6)) for _ in range(4)]
 
@@ -111,7 +113,7 @@ def test_whatever_the_formula_edges_have_two_triangles(seed, cells):
 
     shape = bob.implicit(f, ((-1, -1, -1), (1, 1, 1)))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bob.InputWarning)  # where the formula is wild
+        warnings.simplefilter("ignore", bob.InputWarning)  # for irregular formulas
         check_closed(shape.mesh(2 / cells))
 
 
@@ -128,7 +130,7 @@ def test_threads_make_no_difference():
 
 
 def test_bands_of_layers_are_joined():
-    """Of so many rows that the layers are contoured in several turns."""
+    """Enough rows for the layers to be contoured in several bands."""
     check_closed(csg().mesh(1.5 / 200), -8)
     check_closed(d3.box((3, 3, 0.05)).rotate(0.4, X).mesh(3 / 250), 2)
 
@@ -137,7 +139,7 @@ def test_bands_of_layers_are_joined():
 
 
 def test_edges_beside_jumps_stay_sharp():
-    """Below its base a pyramid's formula is the distance from the rim; the base is where it jumps."""
+    """Below its base a pyramid's formula is the distance from the rim, and jumps at the base."""
     mesh = check_closed(d3.pyramid(1).mesh(0.02), 2)
     assert mesh.area == pytest.approx(1 + 5**0.5, rel=3e-4)
     assert mesh.volume == pytest.approx(1 / 3, rel=1e-4)
@@ -151,7 +153,7 @@ def test_tubes_become_closed_meshes_of_their_volume():
     volume = PI * 0.25 * 2 + 4 / 3 * PI * 0.125
     assert abs(check_closed(capsule.mesh(), 2).volume / volume - 1) < 1e-3
     ring = bob.nurbs_curve(np.c_[CIRCLE, np.zeros(9)], CIRCLE_KNOTS, CIRCLE_WEIGHTS, radius=0.25)
-    volume = 2 * PI**2 * 0.25**2 + 4 / 3 * PI * 0.25**3  # the round ends lie within the ring, and count twice
+    volume = 2 * PI**2 * 0.25**2 + 4 / 3 * PI * 0.25**3  # the round ends lie inside the ring, and count twice
     assert abs(check_closed(ring.mesh(), 2).volume / volume - 1) < 2e-3
 
 
@@ -159,9 +161,9 @@ def test_tubes_become_closed_meshes_of_their_volume():
     "shape",
     [
         bob.polyline([(0, 0, 0), (2, 0, 0), (2, 2, 0)], [0.2, 0.1, 0.3]),
-        bob.polyline([(0, 0, 0), (2, 0, 0), (0, 0, 0)], 0.2),  # back the way it came
+        bob.polyline([(0, 0, 0), (2, 0, 0), (0, 0, 0)], 0.2),  # back along itself
         bob.polyline([(0, 0, 0), (0.2, 0, 0), (2, 0, 0)], [0.5, 0.1, 0.1]),  # a ball within another
-        bob.polyline([(0, 0, 0), (0, 0, 0), (1, 1, 1)], 0.01),  # a point twice, and thinner than the step
+        bob.polyline([(0, 0, 0), (0, 0, 0), (1, 1, 1)], 0.01),  # a repeated point, and thinner than the step
         bob.nurbs_curve(
             [(0, 0, 0), (0, 0, 3), (0, 3, 3), (0, 3, 0)], [0, 0, 0, 0, 1, 1, 1, 1], radius=[0.1, 0.3, 0.1, 0.2]
         ),
@@ -170,13 +172,13 @@ def test_tubes_become_closed_meshes_of_their_volume():
 def test_tubes_lie_on_their_surface_or_within(shape):
     mesh = shape.mesh()
     assert check_closed(mesh, 2).volume > 0
-    # From far away towards each vertex: the surface is met there or before.
+    # From far away towards each vertex: rays hit the surface there or earlier.
     scene = bob.Scene(shape)
     way = mesh.vertices - scene.center
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     hits = scene.closest_hits(mesh.vertices + 3 * scene.radius * way, -way)
     beyond = hits.distance - 3 * scene.radius
-    assert (beyond < 1e-3 * scene.radius).mean() > 0.95  # the others graze it, and may meet what is behind or nothing
+    assert (beyond < 1e-3 * scene.radius).mean() > 0.95  # the others graze it, and may miss or hit a surface behind
 
 
 @pytest.mark.parametrize(
@@ -250,7 +252,7 @@ def test_a_face_whose_trims_cross_is_left_out():
 def test_triangulations_cover_what_their_edges_surround(seed, scale):
     rng = np.random.default_rng(seed)
     count = rng.integers(4, 40)
-    angle = 2 * PI * (np.arange(count) + rng.uniform(size=count)) / count  # all around, else edges may cross
+    angle = 2 * PI * (np.arange(count) + rng.uniform(size=count)) / count  # all around, otherwise edges may cross
     ring = 0.5 + np.c_[np.cos(angle), np.sin(angle)] * rng.uniform(0.2, 0.45, (len(angle), 1))
     whole = np.rint(np.concatenate([ring, rng.uniform(size=(rng.integers(0, 200), 2))]) * scale).astype(np.int32)
     points, number = np.unique(whole, axis=0, return_inverse=True)
@@ -260,7 +262,7 @@ def test_triangulations_cover_what_their_edges_surround(seed, scale):
     try:
         triangles = _core.triangulate(points, np.stack([loop, np.roll(loop, -1)], axis=1))
     except ValueError:
-        assert scale < 2**25  # rounded to few numbers, edges may cross
+        assert scale < 2**25  # on a coarse grid, edges may cross
         return
     a, b, c = (points[triangles[:, i]].astype(float) for i in range(3))
     doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

@@ -1,4 +1,4 @@
-"""SSIM, PSNR and FLIP: against scikit-image, by hand, and what they refuse."""
+"""SSIM, PSNR and FLIP: compared with scikit-image, by hand, and their errors."""
 
 import time
 
@@ -11,7 +11,7 @@ from bobrossnet.support.errors import InputError, InputTypeError
 
 
 def pictures(size: tuple[int, int], noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """A smooth picture with a black half, and the same with noise."""
+    """Return a smooth picture with a black half, and a noisy copy."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[: size[0], : size[1]]
     reference = np.where(x < size[1] / 2, 0, 0.5 + 0.4 * np.sin(x / 7 + y / 5))
@@ -66,7 +66,7 @@ def test_flip_of_gray_as_colors_is_that_of_gray() -> None:
 def test_flip_worked_values() -> None:
     black, white = np.zeros((20, 30)), np.ones((20, 30))
     assert flip(white, white) == 0
-    # 100 of lightness, compressed: 100^0.7; of what is beyond 0.4 of the largest difference, 41.276.
+    # A lightness of 100, compressed: 100^0.7; beyond 0.4 of the maximum difference, 41.276.
     assert flip(white, black) == pytest.approx(0.95 + 0.05 * (100**0.7 / 41.276 - 0.4) / 0.6, abs=1e-4)
     assert flip(white + 1, black - 1) == flip(white, black)  # clamped
 
@@ -110,4 +110,4 @@ def test_ssim_is_fast() -> None:
         start = time.process_time()
         ssim(image, reference)
         times.append(time.process_time() - start)
-    assert min(times) < 0.25  # 0.034 s; room for a slower machine
+    assert min(times) < 0.25  # 0.034 s, with a margin for slower machines

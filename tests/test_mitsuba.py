@@ -1,4 +1,4 @@
-"""Mitsuba as a tracer, mostly in its variant that needs no compiler; and its files as it writes them."""
+"""Mitsuba as a tracer, mostly in a variant without a compiler; and its EXR files."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ def variant():
 
 
 def scene_of(sensor="perspective", integrator="path", crop=None, **further):
-    """A ball of red plastic before a wall that shines as much as the sky."""
+    """Return a ball of red plastic in front of a wall as bright as the sky."""
     at = mi.ScalarTransform4f().look_at(origin=[0, 0, 5], target=[0, 0, 0], up=[0, 1, 0])
     film = {"type": "hdrfilm", "height": SIZE[0], "width": SIZE[1], "rfilter": {"type": "box"}}
     if crop:
@@ -50,7 +50,7 @@ def test_colours_are_those_that_mitsuba_renders(sensor):
     tracer = mitsuba.tracer(scene, spp=16)
     samples = tracer(EVERYWHERE)
     expected = np.array(mi.render(scene, spp=256)).reshape(-1, 3)
-    # In standard deviations of each pixel; of those along silhouettes, a few have all paths on one side.
+    # In standard deviations of each pixel; along silhouettes, a few pixels have all paths on one side.
     deviation = np.sqrt(samples.channel("variance") * (1 + 1 / 16)) + 0.01
     within = np.abs(samples.color - expected) @ [0.2126, 0.7152, 0.0722] < 5 * deviation
     assert within.mean() > 0.98
@@ -83,7 +83,7 @@ def test_any_variant_finds_what_it_renders(other_variant):
     assert (np.abs(samples.gray - gray) < 4 * deviation).mean() > 0.98
     assert np.allclose(color.mean(axis=0), expected.mean(axis=0), rtol=0.03)
     albedo = tracer.guides().albedo[SIZE[0] // 2 - 2 : SIZE[0] // 2 + 2, SIZE[1] // 2 - 2 : SIZE[1] // 2 + 2]
-    assert albedo.std(axis=(0, 1)).max() < 1e-5  # as exact as in others, though spectra are drawn at random
+    assert albedo.std(axis=(0, 1)).max() < 1e-5  # exact, though spectra are sampled at random
     if "mono" in other_variant:
         assert np.allclose(albedo, np.mean(albedo))
     else:
@@ -103,7 +103,7 @@ def test_guides_are_the_first_hits(sensor):
     assert guides.depth[middle] == pytest.approx(4, abs=0.3)
     assert np.allclose(guides.albedo[middle], (0.8, 0.1, 0.2), atol=1e-5)
     assert (guides.albedo[0, 0] == 1).all()
-    x, y = np.moveaxis(guides.normal, -1, 0)  # right and up, whatever Mitsuba's axes are
+    x, y = np.moveaxis(guides.normal, -1, 0)  # right and up, for any axes of Mitsuba's
     inside = guides.hit == 1
     row, column = np.indices(SIZE)
     assert np.corrcoef(x[inside], column[inside])[0, 1] > 0.9

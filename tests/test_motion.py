@@ -1,4 +1,4 @@
-"""Pictures whose camera moves: what earlier frames have found is carried along, and exactness is kept."""
+"""Pictures with a moving camera: earlier samples are reprojected, and exactness is kept."""
 
 import time
 
@@ -64,10 +64,10 @@ def test_what_is_carried_along_is_shaded_anew():
     view = bob.View(ball, size=SIZE)
     while view.frame(bob.Camera(azimuth=0), fraction=1).fraction < 1:
         pass
-    frame = view.frame(bob.Camera(azimuth=40), fraction=0.001)  # with more, a new picture shows more
+    frame = view.frame(bob.Camera(azimuth=40), fraction=0.001)  # with more pixels, a new picture has more detail
     full = bob.trace(ball, bob.Camera(azimuth=40), size=SIZE)
     seen_before = np.zeros(SIZE, bool)
-    seen_before[20:76, 60:84] = True  # well inside what both cameras see; a ball looks the same from everywhere
+    seen_before[20:76, 60:84] = True  # well inside both cameras' views; a ball looks the same from everywhere
     assert np.abs(frame.image - full.gray)[seen_before].max() < 0.03
 
 
@@ -189,7 +189,7 @@ def test_depth_of_moving_cameras_is_over_the_unit_sphere():
 
 
 def test_frames_with_time_for_a_dense_picture_carry_nothing_along(scene):
-    """It would only take time; with less, they do."""
+    """Reprojection would only take time; with less time, frames reproject."""
     view = bob.View(scene, size=SIZE)
     for camera in orbit(2, 6):
         frame = view.frame(camera, ms=1000)
@@ -200,7 +200,7 @@ def test_frames_with_time_for_a_dense_picture_carry_nothing_along(scene):
 
 
 def test_the_cheapest_network_that_is_as_good_completes(scene):
-    """The filling from a tenth of the pixels on, known or expected, if they were placed by need; else the default."""
+    """The filling from a tenth of the pixels on, traced or reprojected, in an adaptive order; otherwise the default."""
     names = {bob.completion.network.load_network(name): name for name in ("default", "filling", "small")}
     frames = list(bob.progressive(scene, size=SIZE, fraction=0.06, model="auto"))
     assert [names[frame.network] for frame in frames[:3]] == ["default", "filling", "filling"]
@@ -234,7 +234,7 @@ def test_after_large_steps_pictures_are_no_worse_than_new_ones(scene: bob.Scene,
         new = next(bob.progressive(scene, camera, size=SIZE, fraction=0.03, order="adaptive"))
         np.testing.assert_array_equal(frame.gbuffer.mask, new.gbuffer.mask)
         np.testing.assert_array_equal(frame.shown.mask, new.gbuffer.mask)
-    # Fewer pixels say less than what was seen, and more have it beside them.
+    # Fewer pixels have less information than the reprojected samples; more have them in addition.
     for fraction in (0.005, 0.1):
         view.forget()
         view.frame(bob.Camera(azimuth=0, fov=fov), fraction=1)

@@ -1,4 +1,4 @@
-"""The names that users see: what the package offers, its version, and annotations that tools can read."""
+"""Public names: the package's interface, its version, and annotations for tools."""
 
 import importlib
 import inspect
@@ -25,7 +25,7 @@ def test_the_version_is_the_installed_one():
 
 
 def public(module):
-    """Its own public functions, classes and their methods."""
+    """Return a module's public functions, classes and their methods."""
     for name, member in vars(module).items():
         if name.startswith("_") or getattr(member, "__module__", None) != module.__name__:
             continue
@@ -37,7 +37,7 @@ def public(module):
 
 
 def function_of(member):
-    """What is behind a property, a class method or a static method."""
+    """Return the function of a property, a class method or a static method."""
     for attribute in ("fget", "func", "__func__"):
         member = getattr(member, attribute, member)
     return member

@@ -1,4 +1,4 @@
-"""`bob.view` in notebooks: the widget's two halves, and both in a real JupyterLab where that is installed."""
+"""`bob.view` in notebooks: the widget's two halves, and both in a real JupyterLab if installed."""
 
 import base64
 import json
@@ -101,7 +101,7 @@ MODEL = """async ({ script, state, scene }) => {
 
 
 def exact(page):
-    """(H, W, 4), of the widget's element."""
+    """Return the picture of the widget's element, (H, W, 4)."""
     address = page.evaluate("""async () => {
       const view = document.querySelector("bob-view");
       if (!view.viewing.statistics.pictures) await new Promise((shown) => view.addEventListener("load", shown));
@@ -143,7 +143,7 @@ def test_the_widget_shows_its_state_and_tells_its_camera(browser):
 
 @contextmanager
 def jupyter_lab(folder):
-    """The address of a JupyterLab whose files are in a folder."""
+    """Serve a folder by JupyterLab; return the address."""
     program = shutil.which("jupyter-lab", path=os.path.dirname(sys.executable))
     if not program:
         pytest.skip("JupyterLab, which takes long to install, is not")
@@ -164,7 +164,7 @@ def jupyter_lab(folder):
 
 
 def have_state_saved(folder):
-    """As a user does by the setting "Save Widget State Automatically"."""
+    """Like the setting "Save Widget State Automatically"."""
     settings = folder / ".settings/@jupyter-widgets/jupyterlab-manager"
     settings.mkdir(parents=True)
     (settings / "plugin.jupyterlab-settings").write_text('{"saveState": true}')

@@ -1,4 +1,4 @@
-"""The npm package: packed, installed in an empty folder, and shown from there."""
+"""The npm package: packed, installed in an empty folder, and run from there."""
 
 import gzip
 import shutil
@@ -13,7 +13,7 @@ from bobrossnet.page.package import write_package
 from bobrossnet.picture.files import to_8_bit
 
 MOST_BYTES = 316_000
-"""Compressed, of everything that a browser asks for until a mesh is exact."""
+"""Maximum compressed bytes that a browser fetches before a mesh is exact."""
 
 HEIGHT, WIDTH = 96, 128
 
@@ -40,7 +40,7 @@ EXACT = """async () => {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """An empty folder in which the package was installed."""
+    """Return an empty folder with the package installed."""
     if not shutil.which("npm"):
         missing("npm, which installs packages, is not installed")
     made, empty = tmp_path_factory.mktemp("package"), tmp_path_factory.mktemp("empty")

@@ -1,4 +1,4 @@
-"""NURBS surfaces and tubes as users make, save and trace them, against closed forms and geomdl."""
+"""NURBS surfaces and tubes from the user's view, compared with closed forms and geomdl."""
 
 import pickle
 
@@ -384,7 +384,7 @@ def test_descriptions():
 
 
 def rays(seed, count):
-    """From outside of the unit sphere and from within it, towards points about its centre."""
+    """Return rays from outside and inside the unit sphere, towards points about its centre."""
     rng = np.random.default_rng(seed)
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -393,7 +393,7 @@ def rays(seed, count):
 
 
 def distances(solid, origin, direction, steps=4000):
-    """First roots of a signed distance along rays, by sphere tracing."""
+    """Return the first roots of a signed distance along rays, by sphere tracing."""
     t = np.zeros(len(origin))
     sign = np.sign(solid(origin))
     for _ in range(steps):
@@ -439,7 +439,7 @@ PLACES = [
 @pytest.mark.parametrize("name", SOLIDS)
 @pytest.mark.parametrize("place", PLACES, ids=["in place", "small and afar", "large and turned"])
 def test_hits_are_those_of_the_closed_form(name, place):
-    """But for rays within 1e-4 radii of a silhouette or an edge; distances within 1e-5 radii."""
+    """Except for rays within 1e-4 radii of a silhouette or an edge; distances within 1e-5 radii."""
     make, solid = SOLIDS[name]
     origin, direction = rays(4, 2000)
     expected = distances(solid, origin, direction)
@@ -484,7 +484,7 @@ def unit_rows(vectors):
 
 
 def clipped(of, u, v):
-    """Parameters may leave the domain by rounding."""
+    """Clamp parameters that leave the domain by rounding."""
     (u0, u1), (v0, v1) = of.domain
     assert u0 - 1e-5 * (u1 - u0) <= u <= u1 + 1e-5 * (u1 - u0)
     assert v0 - 1e-5 * (v1 - v0) <= v <= v1 + 1e-5 * (v1 - v0)
@@ -503,7 +503,7 @@ def test_the_parameter_of_a_tube():
 
 
 def samples(shape):
-    """Many points of a shape that is not trimmed."""
+    """Return many points of an untrimmed shape."""
     grids = [np.meshgrid(*(np.linspace(*ends, 201) for ends in of.domain)) for of in shape.faces]
     return np.concatenate([of.points(u, v).reshape(-1, 3) for of, (u, v) in zip(shape.faces, grids, strict=True)])
 
@@ -514,7 +514,7 @@ MAPS = [*PLACES, rotation(0.3, (0, 1, 1)) @ scaling((1, 2, 0.3)), scaling((-1, 1
 @pytest.mark.parametrize("place", MAPS, ids=range(len(MAPS)))
 @pytest.mark.parametrize("seed", [None, 1, 2, 3])
 def test_boxes_hold_the_surface_closely(seed, place):
-    """Within 1e-3 of the shape's size, and never too small but for the rounding of float32."""
+    """Within 1e-3 of the shape's size, and never too small beyond float32 rounding."""
     shape = torus() if seed is None else random_surface(np.random.default_rng(seed))
     points = mapped(place, samples(shape))
     center = points.mean(axis=0)
@@ -553,7 +553,7 @@ def test_boxes_of_tubes(place):
 
 
 def test_an_ellipsoid_of_a_ball_s_sweep():
-    """Boxes are exact under maps that are no similarity, distances up to the ratio of their singular values."""
+    """Boxes are exact under general affine maps, distances up to the ratio of their singular values."""
     pipe = bob.polyline([(-1, 0, 0), (1, 0, 0)], 0.5)
     low, high = pipe.bounding_box(scaling((1, 2, 0.1)))
     assert high == pytest.approx([1.5, 1, 0.05], abs=2e-3)

@@ -1,4 +1,4 @@
-"""The core's NURBS functions against geomdl, and the laws of basis functions."""
+"""The core's NURBS functions compared with geomdl, and properties of basis functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 @st.composite
 def knot_vectors(draw, degree):
-    """Knots of any range, clamped or not, inside of multiplicity up to the degree."""
+    """Draw knots of any range, clamped or not, with inner multiplicities up to the degree."""
     ends = draw(st.sampled_from(["clamped", "unclamped"]))
     before, after = ([degree + 1], [degree + 1]) if ends == "clamped" else ([1] * (degree + 1), [1] * (degree + 1))
     multiplicities = before + draw(st.lists(st.integers(1, degree), max_size=4)) + after
@@ -26,7 +26,7 @@ def knot_vectors(draw, degree):
 
 
 def inside(knots, degree, random, count):
-    """Parameters of the domain, its ends among them."""
+    """Return parameters of the domain, including its ends."""
     low, high = knots[degree], knots[-degree - 1]
     return np.concatenate([[low, high], random.uniform(low, high, count)])
 
@@ -78,10 +78,10 @@ def test_surfaces(data, degree_u, degree_v, order, seed):
     surface.knotvector_u, surface.knotvector_v = knots_u.tolist(), knots_v.tolist()
     known = np.add.outer(np.arange(order + 1), np.arange(order + 1)) <= order
     assert not values[:, ~known].any()
-    # Parameters scaled to a mean span of 1, so that all derivatives of an order are of a size.
+    # Parameters are scaled to a mean span of 1, so that all derivatives of an order have similar size.
     length_u, length_v = np.ptp(knots_u) / (n + degree_u), np.ptp(knots_v) / (m + degree_v)
     scale = length_u ** np.arange(order + 1)[:, None, None] * length_v ** np.arange(order + 1)[:, None]
-    # At the domain's end, geomdl takes the empty span after it where knots are not clamped.
+    # At the domain's end, geomdl uses the empty span after it for unclamped knots.
     for k in np.flatnonzero((u < knots_u[-degree_u - 1]) & (v < knots_v[-degree_v - 1])):
         expected = scale * surface.derivatives(u[k], v[k], order)
         size = max(1.0, np.abs(expected[known]).max())

@@ -1,4 +1,4 @@
-"""Files of NURBS surfaces: what loads, as what, and the one line that says why something doesn't."""
+"""Files of NURBS surfaces: loaded shapes, and one-line errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from bobrossnet.shapes.nurbs import Face
 
 U, V = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7)))
 
-# A quarter of a cylinder: of radius 1 along u, of height 2 along v.
+# A quarter of a cylinder: radius 1 along u, height 2 along v.
 CYLINDER: dict[str, Any] = {
     "rational": True,
     "dimension": 3,
@@ -37,10 +37,10 @@ CYLINDER: dict[str, Any] = {
     },
 }
 
-# A circle's control points, of quarters.
+# A circle's control points, by quarters.
 AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
 
-# Two patches: z = x y over a unit square; and x = p, y = q² + 1, z = 3 p, which is linear along p.
+# Two patches: z = x y over a unit square; and x = p, y = q² + 1, z = 3 p, linear along p.
 BPT = """2
 1 1
 0 0 0
@@ -58,7 +58,7 @@ BPT = """2
 
 CPT = "0,0,0; 0,1,0; 0,2,2\n\n1,0,0;1,1,0;1,2,2\n"
 
-# The cylinder again; its height is along basis 1, and basis 0 runs fastest.
+# The same cylinder; its height is along basis 1, and basis 0 varies fastest.
 GISMO = """
 <?xml version="1.0" encoding="UTF-8"?>
 <xml>
@@ -103,7 +103,7 @@ def faces_of(file: Path) -> tuple[Face, ...]:
 
 
 def error_of(file: Path) -> str:
-    """The message of the error; checked for what holds of all of them."""
+    """Return the error message, after checks common to all errors."""
     with pytest.raises(bob.InputError) as caught:
         bob.load(file)
     message = str(caught.value)
@@ -119,7 +119,7 @@ def degrees(face: Face) -> tuple[int, int]:
 
 
 def kept(face: Face, u: float, v: float) -> bool:
-    """Whether an odd number of loops, all of straight lines, goes around a point."""
+    """Return whether an odd number of loops, all of straight lines, encloses a point."""
     inside = False
     for loop in face.trims:
         corners = np.concatenate([curve.control_points for curve in loop])
@@ -200,7 +200,7 @@ def test_json_with_trims_that_geomdl_wrote(tmp_path: Path) -> None:
     assert first.weights is None
     corners = np.concatenate([curve.control_points for curve in lines])
     assert np.unique(corners, axis=0).tolist() == np.unique(square(0.6, 0.9), axis=0).tolist()
-    # All are holes, so that there is something around them: more than the surface.
+    # All are holes, so they need an enclosing loop, larger than the surface.
     corners = np.concatenate([curve.control_points for curve in around])
     assert (corners.min(axis=0) < 0).all()
     assert (corners.max(axis=0) > 1).all()
@@ -329,11 +329,11 @@ def test_xml_with_entities_is_refused(entities: str, encoding: str, tmp_path: Pa
     assert "expected XML without a document type and entities, got some" in error or encoding != "utf-8"
 
 
-# ---- What can't be used ----------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 
 def changed(**fields: Any) -> str:
-    """The cylinder with other values for its fields; those of its control points if they are named so."""
+    """Return the cylinder with changed fields, None to delete; `points` and `weights` are its control points'."""
     surface = copy.deepcopy(CYLINDER)
     for name, value in fields.items():
         holder = surface["control_points"] if name in ("points", "weights") else surface
@@ -578,7 +578,7 @@ def test_json_models_have_the_faces_that_the_index_counts() -> None:
         else:
             faces = model(name)
         assert len(faces) == total
-        assert str(sorted({degrees(face) for face in faces})[:6]) == found[3]  # the index has six at most
+        assert str(sorted({degrees(face) for face in faces})[:6]) == found[3]  # the index has at most six
 
 
 @needs_models
@@ -590,7 +590,7 @@ def test_other_models(name: str) -> None:
 @needs_models
 def test_a_teapot_is_the_same_in_two_formats() -> None:
     for one, other in zip(model("newell_teapot.bpt"), model("gismo_teapot.xml"), strict=True):
-        # Both files have the points in one order, that of the last parameter here and of the first there.
+        # Both files have the same sequence of points: here the last parameter varies fastest, there the first.
         assert np.array_equal(one.control_points, other.control_points.transpose(1, 0, 2))
 
 

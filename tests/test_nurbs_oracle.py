@@ -1,4 +1,4 @@
-"""Awkward NURBS faces, against points in double precision: `python tests/nurbs_oracle.py` takes more of them."""
+"""Degenerate NURBS faces, compared with points in double precision: `python tests/nurbs_oracle.py` traces more."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SEEDS = {
     "weights within 1e8": [2, 14],
     "knots 1e-6 apart": [14],
 }
-"""Faces that are harder to meet than most; of other kinds, any."""
+"""Seeds of faces that are hard to hit; of other kinds, any."""
 
 
 @pytest.mark.parametrize("kind", KINDS)

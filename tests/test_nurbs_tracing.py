@@ -1,4 +1,4 @@
-"""Rays that meet NURBS: against fine meshes in Embree, geomdl, and the meshes that Rhino made of real models."""
+"""Rays on NURBS: compared with fine meshes in Embree, with geomdl, and with Rhino's meshes of real models."""
 
 import warnings
 from itertools import pairwise
@@ -23,7 +23,7 @@ def load(name):
     if file.suffix in NEEDS:
         pytest.importorskip(NEEDS[file.suffix])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bob.InputWarning)  # trims that a format cannot say
+        warnings.simplefilter("ignore", bob.InputWarning)  # trims that a format can't express
         return bob.load(file)
 
 
@@ -35,14 +35,14 @@ def unit_rows(vectors):
 
 
 def rays_through(center, radius, seed, count):
-    """From outside of a sphere to points in its inner parts."""
+    """Return rays from outside a sphere to points in its inner part."""
     rng = np.random.default_rng(seed)
     direction = unit_rows(rng.normal(size=(count, 3)))
     return center + radius * (rng.uniform(-0.6, 0.6, (count, 3)) - 2 * direction), direction
 
 
 class EmbreeMesh:
-    """A mesh in Embree, moved and scaled as a scene's bounding sphere is to the unit sphere."""
+    """A mesh in Embree, transformed like the scene's bounding sphere to the unit sphere."""
 
     def __init__(self, vertices, triangles, scene):
         from embreex.mesh_construction import TriangleMesh
@@ -56,15 +56,17 @@ class EmbreeMesh:
         return ((points - self.center) / self.radius).astype(np.float32)
 
     def cast(self, origin, direction):
-        """Distances in radii, infinite for misses, and unit normals of the triangles."""
+        """Return distances in radii, infinite for misses, and unit normals of the triangles."""
         found = self.embree.run(self._inside(origin), direction.astype(np.float32), output=True)
         hit = found["primID"] >= 0
         return np.where(hit, found["tfar"], np.inf), unit_rows(np.where(hit[:, None], found["Ng"], 1).astype(float))
 
 
 def unexplained(scene, mesh, error, origin, direction):
-    """The share of rays that meet a scene elsewhere than a mesh within `error` radii of it, and how many of these do
-    so although all rays around them meet the mesh elsewhere too: those that no silhouette or edge explains."""
+    """Return the share of rays that hit a scene elsewhere than a mesh within `error` radii, and the unexplained ones.
+
+    A difference is unexplained if all rays around it differ too: then no silhouette or edge causes it.
+    """
     ours = scene.closest_hits(origin, direction).distance / scene.radius
     theirs, normal = mesh.cast(origin, direction)
     with np.errstate(invalid="ignore"):  # infinite less infinite
@@ -81,7 +83,7 @@ def unexplained(scene, mesh, error, origin, direction):
 
 
 def hits_by_face(scene, hits):
-    """The instance, the face, which rays, and their u and v, of hits on NURBS faces."""
+    """Yield the instance, the face, the ray indices, and their u and v, of hits on NURBS faces."""
     for i, instance in enumerate(scene.instances):
         if not isinstance(instance.shape, bob.Brep):
             continue
@@ -97,8 +99,10 @@ def hits_by_face(scene, hits):
 
 
 def random_surface(seed, weights=10):
-    """Of degrees 1..9, with knots of any multiplicity up to the degree, clamped or not, with weights from 1 / weights
-    to weights or none."""
+    """Return a surface of degrees 1..9, with knots of any multiplicity up to the degree, clamped or not.
+
+    Weights are within 1 / weights to weights, or omitted.
+    """
     rng = np.random.default_rng(seed)
     degrees = rng.integers(1, 10, 2)
     n, m = degrees + rng.integers(1, 6, 2)
@@ -109,7 +113,7 @@ def random_surface(seed, weights=10):
 
 
 def tessellated(face, cells=200):
-    """Vertices and triangles of about cells x cells cells between the face's knots, and how far they are from it."""
+    """Return vertices and triangles of about cells x cells cells between the face's knots, and their error."""
     axes = []
     for knots, (low, high) in zip((face.knots_u, face.knots_v), face.domain, strict=True):
         ends = np.unique(np.clip(knots, low, high))
@@ -142,7 +146,7 @@ def test_random_surfaces_agree_with_fine_meshes_in_embree(seed):
 
 
 def test_agreement_is_not_for_free():
-    """Meshes moved a little, or with a hole, are told apart."""
+    """Slightly displaced meshes, or meshes with a hole, are detected."""
     face = random_surface(2)
     scene = bob.Scene(bob.Brep([face]))
     vertices, triangles, error = tessellated(face)
@@ -154,7 +158,7 @@ def test_agreement_is_not_for_free():
 
 
 def test_edges_of_weights_far_apart_are_where_they_are():
-    """Parameters are in float32, so that hits may be aside of their points, but not above them."""
+    """Parameters are in float32, so hits may lie beside their points, but not above them."""
     points = np.array([[(-1, -1, 0.3), (-1, 1, -0.3)], [(1, -1, -0.3), (1, 1, 0.3)]])
     for ratio in (100, 1000):
         scene = bob.Scene(bob.nurbs_surface(points, [0, 0, 1, 1], [0, 0, 1, 1], [[1, ratio], [ratio, 1]]))
@@ -210,7 +214,7 @@ def test_closed_shapes_leak_no_rays(make):
 
 @needs_models
 def test_the_teapot_s_body_leaks_no_rays():
-    """Seen from the sides and from below: between its lid and its rim there is a gap."""
+    """From the sides and from below: there is a gap between its lid and its rim."""
     scene = load("newell_teapot.bpt")
     (brep,) = (instance.shape for instance in scene.instances)
     low, high = brep.bounding_box(np.eye(4))
@@ -250,8 +254,10 @@ def disc(radius):
 @needs_models
 @pytest.mark.parametrize("name", WITH_MESHES)
 def test_real_models_agree_with_their_render_meshes(name):
-    """Rhino's own meshes of these files are coarse: their depths, normals and silhouettes come close. They bridge gaps
-    of 1e-3 radii that mech_part_a's faces leave between their trims."""
+    """Rhino's meshes of these files are coarse: their depths, normals and silhouettes are close.
+
+    They bridge gaps of 1e-3 radii between the trims of mech_part_a's faces.
+    """
     scene = load(f"{name}.3dm")
     rendered = bob.load_mesh(NURBS / f"{name}.rendermesh.ply")
     mesh = EmbreeMesh(rendered.vertices, rendered.triangles, scene)

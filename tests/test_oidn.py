@@ -1,4 +1,4 @@
-"""Open Image Denoise as an adapter, where it is installed."""
+"""The adapter of Open Image Denoise, if installed."""
 
 import sys
 
@@ -13,7 +13,7 @@ SIZE = (96, 128)
 
 @pytest.fixture(scope="module")
 def noisy(tree):
-    """A bright tree with a path tracer's noise: what it would be, every pixel with noise, and its guides."""
+    """Return a bright tree with a path tracer's noise: the reference, noisy pixels, and guides."""
     rng = np.random.default_rng(0)
     full = bob.trace(tree, size=SIZE)
     row, column = np.indices(SIZE)
@@ -43,7 +43,7 @@ def test_noise_is_gone_and_guides_help(noisy):
     assert guided.dtype == np.float32
     assert guided.min() >= 0
     assert error(guided, truth) < 0.8 * error(blind, truth) < 0.4 * error(drawn, truth)
-    assert guided.max() > 4  # light above 1 is not cut off
+    assert guided.max() > 4  # values above 1 are kept
     assert np.array_equal(drawn, before)
 
 

@@ -1,4 +1,4 @@
-"""STEP and IGES: what OpenCascade writes is read back, and compared with what OpenCascade says of it."""
+"""STEP and IGES: files written by OpenCascade are read, and compared with its own measurements."""
 
 import math
 import os
@@ -63,7 +63,7 @@ X, Z = gp_Dir(1, 0, 0), gp_Dir(0, 0, 1)
 
 
 class Document:
-    """A STEP or IGES file in the making."""
+    """A STEP or IGES file under construction."""
 
     def __init__(self):
         self.document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
@@ -107,7 +107,7 @@ def explore(shape, kind):
 
 
 def at(x, y, z, angle=0.0):
-    """A place: turned about z, then moved."""
+    """Return a location: a rotation about z, then a translation."""
     place = gp_Trsf()
     place.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), Z), angle)
     place.SetTranslationPart(gp_Vec(x, y, z))
@@ -135,7 +135,7 @@ def filleted():
 
 
 def revolved():
-    """A Bezier curve around an axis: closed on itself, no elementary surface."""
+    """Return a Bezier curve revolved about an axis: closed, not an elementary surface."""
     points = Array1_gp_Pnt(1, 4)
     for i, (x, z) in enumerate([(3, 0), (8, 4), (1, 8), (4, 12)]):
         points.SetValue(i + 1, gp_Pnt(x, 0, z))
@@ -170,7 +170,7 @@ SHAPES = {
 
 @pytest.fixture(scope="module")
 def read_back(tmp_path_factory):
-    """The shapes as they come back from a file, by their names."""
+    """Return the shapes read from a file, by name."""
     folder = tmp_path_factory.mktemp("cad")
     document = Document()
     for name, shape in SHAPES.items():
@@ -194,7 +194,7 @@ def size_of(shape):
 
 
 def area(face, count=120):
-    """Of a trimmed face, by the midpoint rule over the rectangle around its trims."""
+    """Return the area of a trimmed face, by the midpoint rule over the bounding rectangle of its trims."""
     low, high = np.transpose(face.domain)
     if face.trims:
         points = np.concatenate([curve_points(curve) for loop in face.trims for curve in loop])
@@ -217,7 +217,7 @@ def test_areas_are_those_of_opencascade(read_back, name):
 
 @pytest.mark.parametrize("name", [name for name in SHAPES if "drilled" in name])
 def test_what_trims_leave_lies_on_the_shape(read_back, name):
-    """Nothing of it spans a hole."""
+    """It spans no hole."""
     shape = SHAPES[name]
     for i, face in enumerate(faces_of(read_back[name])):
         low, high = np.transpose(face.domain)
@@ -260,7 +260,7 @@ def test_high_degrees_are_approximated(read_back):
 
 @pytest.fixture(scope="module")
 def furniture(tmp_path_factory):
-    """Boxes, red with a green face, twice in an assembly, and a ball that only the assembly makes blue."""
+    """Boxes, red with a green face, twice in an assembly, and a ball coloured blue only by the assembly."""
     document = Document()
     shape = box()
     crate = document.part(shape, "Kästchen", RED)
@@ -447,7 +447,7 @@ sys.exit(cli.main(["info", sys.argv[1]]))
 
 
 def parent_and_state(pid):
-    """None once there is no such process."""
+    """Return a process' parent and state, or None if it does not exist."""
     try:
         state, parent = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[:2]
     except OSError:
@@ -456,7 +456,7 @@ def parent_and_state(pid):
 
 
 def within_seconds(find):
-    """What `find` finds in the end."""
+    """Return the first true result of `find`."""
     for _ in range(500):
         if found := find():
             return found
@@ -481,7 +481,7 @@ def test_stopping_ends_the_reader(tmp_path, stop):
         start = time.monotonic()
         output, errors = process.communicate(timeout=20)
         assert time.monotonic() - start < 5
-        assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
+        assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, perhaps unreaped
     assert output == ""
     if stop != signal.SIGKILL:
         assert process.returncode == 130
@@ -490,7 +490,7 @@ def test_stopping_ends_the_reader(tmp_path, stop):
 
 @pytest.fixture(scope="module")
 def in_parts(tmp_path_factory):
-    """An assembly of two files: the one that is read names the other, wall.stp."""
+    """Return an assembly of two files: the one to read refers to the other, wall.stp."""
     folder = tmp_path_factory.mktemp("parts")
     document = Document()
     room = document.assembly("room")
@@ -504,7 +504,7 @@ def in_parts(tmp_path_factory):
 
 
 def naming(text, name):
-    """The assembly with another name for its part."""
+    """Return the assembly with another name for its part."""
     return re.sub(r"'[^']*wall\.stp'", lambda _: f"'{name}'", text)
 
 
@@ -537,7 +537,7 @@ def test_parts_elsewhere_are_not_read(in_parts, tmp_path):
     (tmp_path / "wall.stp").write_text(in_parts["wall"])
     (folder / "link.stp").symlink_to("../wall.stp")
     os.mkfifo(folder / "pipe.stp")
-    (folder / r"..\wall.stp").write_text(in_parts["wall"])  # which OpenCascade would take for ../wall.stp
+    (folder / r"..\wall.stp").write_text(in_parts["wall"])  # OpenCascade would take it for ../wall.stp
     (folder / "sub/room.stp").write_text(naming(in_parts["room"], "../../wall.stp"))
     names = ["../wall.stp", f"{tmp_path}/wall.stp", "link.stp", "pipe.stp", r"..\\wall.stp", "sub/room.stp"]
     for name in names:

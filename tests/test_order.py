@@ -1,4 +1,4 @@
-"""Pixel orders: nested, without replacement, a function of (seed, size), and as random or as even as they claim."""
+"""Pixel orders: nested, without replacement, functions of (seed, size), and as random or as even as documented."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_parts_are_parts_of_the_whole(size, order):
     ],
 )
 def test_known_values(order, first, later):
-    # Data sets and masks are functions of these: a change would be a break with all that was made before.
+    # Data sets and masks depend on these: a change would invalidate existing ones.
     assert bob.pixel_order((480, 640), order=order, seed=0, count=3).tolist() == first
     assert bob.pixel_order((128, 128), order=order, seed=7, start=1000, count=2).tolist() == later
 
@@ -92,7 +92,7 @@ def test_the_default_is_one_of_them(tree):
 @pytest.mark.parametrize("seed", [0, 9])
 @pytest.mark.parametrize("halvings", [6, 5, 4, 3, 2, 1])
 def test_lattices_are_nested(halvings, seed):
-    """At 1/64, 1/16, ... of the pixels a square lattice, at 1/32, 1/8, ... one turned by 45 degrees, for any seed."""
+    """At 1/64, 1/16, ... of the pixels a square lattice, at 1/32, 1/8, ... one rotated by 45 degrees, for any seed."""
     pixels = bob.pixel_order((128, 128), order="lattice", seed=seed, count=128**2 >> halvings)
     step = 2 ** ((halvings + 1) // 2)
     lattice = {(row, column) for row in range(21 % step, 128, step) for column in range(21 % step, 128, step)}
@@ -114,7 +114,7 @@ def test_gaps_are_smaller_than_by_chance(size):
 
 
 def test_tiles_are_visited_evenly():
-    """Pixels of the same rank in far steps: an early part of them is spread over the picture."""
+    """Pixels of equal rank follow in long steps: an early part of them covers the picture."""
     pixels = bob.pixel_order((2160, 3840), order="lattice", seed=4, count=200)  # of 2040 tiles
     counts = np.histogram2d(*pixels.T, bins=(5, 5), range=((0, 2160), (0, 3840)))[0]
     assert counts.min() >= 5
@@ -124,7 +124,7 @@ def test_tiles_are_visited_evenly():
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("fraction", [0.01, 0.05, 0.3])
 def test_uniform_spreads_like_chance(seed, fraction):
-    """Counts in blocks, in rows and in pairs of neighbours against what drawing without replacement gives."""
+    """Counts in blocks, in rows and in pairs of neighbours, compared with drawing without replacement."""
     size = (256, 320)
     total = size[0] * size[1]
     count = round(fraction * total)

@@ -1,4 +1,4 @@
-"""The report's network in PyTorch: SPEC's table, any size, and that shuffling mixes the groups."""
+"""The report's network in PyTorch: SPEC's table, any size, and the mixing of groups by shuffling."""
 
 from pathlib import Path
 
@@ -53,7 +53,7 @@ def test_any_size_is_zero_padded(size: tuple[int, int]) -> None:
 
 
 def test_step_by_step() -> None:
-    """The table written out once more, without the network's own helpers."""
+    """The table implemented again, without the network's helpers."""
     torch.manual_seed(2)
     net, gbuffer = Paper(), torch.randn(1, 5, 16, 24)
     pool, up = nn.MaxPool2d(2), nn.Upsample(scale_factor=2, mode="nearest")
@@ -72,7 +72,7 @@ def test_shuffle() -> None:
 
 
 def test_shuffle_mixes_the_groups() -> None:
-    """Each channel of `encoded` hears from every group of `encode2`; without shuffling, from one."""
+    """Each channel of `encoded` depends on every group of `encode2`; without shuffling, on one."""
     network = Paper()
     wide = torch.rand(1, 80, 6, 6, requires_grad=True)
     for channel in range(20):
@@ -82,7 +82,7 @@ def test_shuffle_mixes_the_groups() -> None:
 
 
 def test_receptive_field() -> None:
-    """A pixel sees its surroundings, 14 to 20 pixels each way, and no farther."""
+    """A pixel depends on 14 to 20 pixels in each direction, and no more."""
     torch.manual_seed(0)
     gbuffer = torch.rand(1, 5, 96, 96, requires_grad=True)
     network = Paper()

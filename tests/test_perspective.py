@@ -1,6 +1,6 @@
-"""Cameras in perspective: where points are seen, and what is seen of shapes of every kind, from outside and within.
+"""Perspective cameras: projection of points, and pictures of shapes of every kind, from outside and inside.
 
-What is expected comes from a pinhole camera in numpy, float64, in the scene's own units."""
+The expected values come from a pinhole camera in numpy, float64, in the scene's units."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ def unit(vectors):
 
 @dataclass
 class Pinhole:
-    """A camera as CONVENTIONS.md says."""
+    """A camera as defined in CONVENTIONS.md."""
 
     eye: np.ndarray
     right: np.ndarray
@@ -55,14 +55,14 @@ class Pinhole:
         return Pinhole(eye, right, up, toward, 2 * half / (camera.zoom * height), size, center, radius)
 
     def directions(self):
-        """(H, W, 3) from the eye through each pixel."""
+        """Return directions from the eye through each pixel, (H, W, 3)."""
         height, width = self.size
         x = (np.arange(width) + 0.5 - width / 2) * self.side
         y = (height / 2 - 0.5 - np.arange(height)) * self.side
         return unit(x[None, :, None] * self.right + y[:, None, None] * self.up - self.toward)
 
     def seen(self, points):
-        """(n, 2) rows and columns, NaN behind the camera."""
+        """Return rows and columns, (n, 2), NaN behind the camera."""
         offset = points - self.eye
         z = -offset @ self.toward
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -73,14 +73,16 @@ class Pinhole:
         return seen
 
     def depth(self, distance):
-        """0..1 of distances in the scene's units."""
+        """Return the depth, 0..1, of distances in the scene's units."""
         away = np.linalg.norm(self.eye - self.center) / self.radius
         nearest = max(0, away - 1)
         return np.clip(1 - (distance / self.radius - nearest) / (away + 1 - nearest), 0, 1)
 
     def on_screen(self, normals):
-        """(H, W, 3) in the screen space of each pixel: the camera's axes, turned by Rodrigues' formula so that z is
-        along the pixel's ray."""
+        """Return normals in the screen space of each pixel, (H, W, 3).
+
+        It is the camera's axes, rotated by Rodrigues' formula so that z is along the pixel's ray.
+        """
         camera = np.array([self.right, self.up, self.toward])
         eye = -self.directions() @ camera.T
         axis = np.cross(eye, (0, 0, 1))  # its length is the sine of the angle
@@ -90,7 +92,7 @@ class Pinhole:
         return n * cos + np.cross(axis, n) + axis * along / (1 + cos)
 
     def gray(self, normals):
-        """(H, W): of white surfaces with such normals."""
+        """Return the gray of white surfaces with these normals, (H, W)."""
         camera = np.array([self.right, self.up, self.toward])
         n, eye = normals @ camera.T, -self.directions() @ camera.T
         half = unit(LIGHT + eye)
@@ -99,7 +101,7 @@ class Pinhole:
 
 
 def sphere_distance(eye, directions, center=(0, 0, 0), radius=1.0):
-    """(H, W) to the first surface in front of the eye, and by how much the ray passes inside of the silhouette."""
+    """Return distances to the first surface in front of the eye, (H, W), and distances inside the silhouette."""
     offset = np.array(center) - eye
     middle = directions @ offset
     squared = radius**2 - (offset @ offset - middle**2)
@@ -147,10 +149,10 @@ def test_points_are_seen_where_numpy_sees_them(camera, size):
     expected = pinhole.seen(in_scene)
     assert np.array_equal(np.isnan(seen[:, :2]), np.isnan(expected))
     front = ~np.isnan(expected[:, 0])
-    scale = np.maximum(size[0], np.abs(expected[front]))  # of the picture, or what lies beyond it
+    scale = np.maximum(size[0], np.abs(expected[front]))  # of the picture, or of the distance beyond it
     assert (np.abs(seen[front, :2] - expected[front]) / scale).max(initial=0) < 1e-6
     assert np.abs(seen[:, 2] - pinhole.depth(np.linalg.norm(in_scene - pinhole.eye, axis=1))).max() < 1e-6
-    # And back again, where float32 has the place in the picture to a fraction of a pixel.
+    # And the inverse, where float32 resolves a fraction of a pixel.
     near = front & (np.abs(seen[:, :2]).max(axis=1) < 1000)
     assert np.abs(core.points(*size, np.ascontiguousarray(seen[near])) - points[near]).max(initial=0) < 1e-5
 
@@ -223,12 +225,12 @@ def test_without_a_fov_nothing_is_in_perspective(tree):
 
 
 def unit_ball(kind):
-    """A ball of radius 1 around the origin, of each kind of shape that can be one."""
+    """Return a ball of radius 1 around the origin, of each kind of shape that can be a ball."""
     if kind == "formula":
         return bob.implicit(lambda x, y, z: x**2 + y**2 + z**2 - 1, ((-1, -1, -1), (1, 1, 1)))
     if kind == "NURBS":
         return nurbs_sphere()
-    if kind == "tube":  # of a length that does not matter
+    if kind == "tube":  # the length does not matter
         return bob.polyline([(0, 0, -1e-6), (0, 0, 1e-6)], radius=1)
     return bob.Instance(bob.implicit(lambda x, y, z: x**2 + y**2 + 9 * z**2 - 1, ((-1, -1, -1), (1, 1, 1)))).scale(
         (1, 1, 3)
@@ -252,7 +254,7 @@ def test_a_ball_is_its_closed_form(kind, camera):
     assert clear.any()
     normal = pinhole.eye + distance[..., None] * directions  # of the unit ball
     normal = np.where((normal * directions).sum(axis=-1, keepdims=True) > 0, -normal, normal)
-    # Grazing rays turn an error across them into one along them; seen from 300 radii away, 2e-5 of these are rounding.
+    # At grazing rays an error across the ray becomes one along it; from 300 radii away, rounding causes 2e-5 of these.
     assert np.abs(picture.depth - pinhole.depth(distance))[clear].max() < 2e-5
     screen = pinhole.on_screen(normal)
     assert screen[clear][:, 2].min() > 0
@@ -281,7 +283,7 @@ def test_a_camera_inside_a_box_sees_its_walls(kind, camera):
     distance, axis = walls.min(axis=2), walls.argmin(axis=2)
     normal = -np.sign(directions) * np.eye(3)[axis]
     ordered = np.sort(walls, axis=2)
-    flat = ordered[..., 1] - ordered[..., 0] > 1e-3  # not beside an edge
+    flat = ordered[..., 1] - ordered[..., 0] > 1e-3  # not near an edge
     assert (picture.gray >= 0.1 - 1e-6).all()
     assert np.abs(picture.depth - pinhole.depth(distance))[flat].max() < 1e-5
     assert np.abs(picture.normal - pinhole.on_screen(normal)[..., :2])[flat].max() < 1e-5
@@ -290,7 +292,7 @@ def test_a_camera_inside_a_box_sees_its_walls(kind, camera):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_behind_the_camera_is_seen(kind):
-    """Between two balls, beside a ball within whose bounds it stands, and with its back to everything."""
+    """Between two balls, inside the bounds of a ball but outside it, and facing away from everything."""
     ball = unit_ball(kind)
     left, right = bob.Instance(ball) if not isinstance(ball, bob.Instance) else ball, ball
     right = (bob.Instance(right) if not isinstance(right, bob.Instance) else right).scale(2).translate((6, 0, 0))
@@ -309,7 +311,7 @@ def test_nothing_behind_the_camera_is_seen(kind):
 
 
 def test_a_camera_within_a_formulas_bounds_sees_what_is_before_it():
-    """Sheets behind each other, of which those behind the camera are nearer than those before it."""
+    """Parallel sheets; those behind the camera are nearer than those in front of it."""
     sheets = bob.implicit(lambda x, y, z: (x + 0.5) * (x + 0.2) * (x - 0.1) * (x - 0.6), ((-1, -1, -1), (1, 1, 1)))
     scene = bob.Scene(sheets)
     for position, toward, wall in (
@@ -344,8 +346,10 @@ def test_where_and_how_large_a_scene_is_does_not_matter(tree):
     "file", ["scans/stanford_bunny.ply", "architecture/conference_room.ply", "scans/armadillo.ply"]
 )
 def test_agrees_with_embree(file):
-    """Only rays within rounding of a silhouette may differ: at most 1 in 10,000. Depths are within 1e-5 radii, except
-    for faces nearly edge-on."""
+    """Only rays within rounding of a silhouette may differ: at most 1 in 10,000.
+
+    Depths are within 1e-5 radii, except for faces nearly edge-on.
+    """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
@@ -378,7 +382,7 @@ def test_agrees_with_embree(file):
         assert np.median(difference) < 1e-6
 
 
-# ---- What else is done with pictures ---------------------------------------------------------------------
+# ---- Other uses of pictures ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("camera", [bob.Camera(fov=35), bob.Camera(position=(1.2, 0.4, 2), target=(0, 0, 1.5), fov=80)])
@@ -392,7 +396,7 @@ def test_samples_say_where_their_points_are(tree, camera):
     direction = pinhole.directions()[row, column]
     hits = tree.closest_hits(np.broadcast_to(pinhole.eye, direction.shape), direction)
     error = np.linalg.norm(points - (pinhole.eye + hits.distance[:, None] * direction), axis=1) / tree.radius
-    assert np.mean(error > 1e-5) < 1e-3  # but for rays within rounding of an edge
+    assert np.mean(error > 1e-5) < 1e-3  # except rays within rounding of an edge
 
 
 def test_a_part_is_a_sample_of_the_whole_in_every_order(tree):
@@ -420,7 +424,7 @@ def test_progressive_pictures_end_exact(tree):
 @pytest.mark.parametrize("kind", ["mesh", *KINDS, "several"])
 @pytest.mark.parametrize("camera", [bob.Camera(fov=90), *INSIDE[:2]], ids=str)
 def test_a_pixel_does_not_depend_on_its_neighbours(kind, camera):
-    """Rays that are traced together share work."""
+    """Rays of one packet share work."""
     shapes = {
         "mesh": lambda: bob.happy_tree(),
         "several": lambda: [torus(), bob.Instance(torus()).rotate(1.5, (1, 0, 0)), bob.sdf.sphere(0.3)],
@@ -437,7 +441,7 @@ def test_a_pixel_does_not_depend_on_its_neighbours(kind, camera):
     assert not full.gray[at][~samples.hit].any()
 
 
-# ---- Mistakes --------------------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Forks, the end of a program, and sub-interpreters, while threads are at work."""
+"""Forks, exits, and sub-interpreters, while threads are working."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ print(while_at_work(reads, work))
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("script", [BUILDING, VIEWING, READING], ids=["building", "viewing", "reading"])
 def test_a_forked_process_goes_on(script: str) -> None:
-    """It has a pool of its own, and waits for no thread that it does not have."""
+    """It has a separate pool, and waits for no thread that it lacks."""
     ended = run(FORKED + script)
     assert (ended.stdout.strip(), ended.returncode) == ("0", 0), ended.stderr
 

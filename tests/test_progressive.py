@@ -1,4 +1,4 @@
-"""Progressive pictures: complete from the first frame, exact in the last, on time."""
+"""Progressive pictures: complete from the first frame, exact in the last, within their budget."""
 
 import re
 from importlib import import_module
@@ -37,7 +37,7 @@ def test_by_time(tree):
 
 @pytest.mark.parametrize(("per_pixel", "is_fast"), [(5e-6, True), (2e-3, False)])
 def test_where_rays_are_fast_squares_are_divided_after_the_first_round(per_pixel, is_fast, clock, tree):
-    """With 20 ms a frame: 1/64 of the pixels, which squares begin with, takes 0.24 ms or 96."""
+    """With 20 ms a frame: the squares' first 1/64 of the pixels takes 0.24 ms or 96."""
     full, size = bob.trace(tree, size=SIZE), SIZE[0] * SIZE[1]
     asked = {}
     for order in ("default", "adaptive"):
@@ -106,7 +106,7 @@ def test_any_tracer_can_be_plugged_in():
 
 
 class Clock:
-    """Stands still but for what tracing and completing are said to cost: what else the machine does costs nothing."""
+    """A clock that only tracing and completion advance, by nominal costs; other load on the machine costs nothing."""
 
     def __init__(self):
         self.now = 0.0
@@ -137,7 +137,7 @@ def clock(monkeypatch):
 
 @pytest.mark.parametrize(("per_call", "per_pixel"), [(0, 20e-6), (0, 200e-6), (1e-3, 20e-6), (4e-3, 2e-6)])
 def test_budget_is_kept_and_used(per_call, per_pixel, clock):
-    """bench/progressive.py measures how well by a real clock."""
+    """bench/progressive.py measures it by a real clock."""
     budget = 20
     *frames, last = bob.progressive(tracer=clock.tracer(per_call, per_pixel), size=SIZE, frame_ms=budget)
     for frame in frames:
@@ -158,7 +158,7 @@ def test_it_ends_where_little_error_is_expected(pace, tree):
     assert all(frame.error > 0.004 for frame in frames)
     assert last.fraction > 0.05
     assert last.fraction < 0.6 or "frame_ms" in pace  # a frame may have time for all of them
-    assert np.abs(last.image - full.gray).mean() < 1.1 * 0.004  # what is expected is not known
+    assert np.abs(last.image - full.gray).mean() < 1.1 * 0.004  # the expected error is an estimate
 
 
 def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
@@ -226,7 +226,7 @@ def test_what_a_tracer_raises_comes_through():
 
 
 def test_frames_show_and_save_themselves_as_the_final_picture_looks(tmp_path):
-    """Traced pixels have the tone of `render`; a notebook shows a picture, not arrays."""
+    """Traced pixels have the tone curve of `render`; a notebook shows a picture, not arrays."""
     tree = bob.happy_tree()
     exact = bob.render(tree, size=SIZE, samples=1)
     *_, last = bob.progressive(tree, size=SIZE, fraction=0.5)

@@ -1,4 +1,4 @@
-"""The default network in PyTorch: its parts, any size, how far it sees, and what it knows for sure."""
+"""The default network in PyTorch: its parts, any size, its receptive field, and certain background."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ LEVELS = 6
 
 
 def sparse(size: tuple[int, int], density: float, seed: int = 0) -> Tensor:
-    """A G-buffer (1, 5, H, W) of noise, part of it background, known at a share of the pixels."""
+    """Return a G-buffer (1, 5, H, W) of noise, part of it background, known at a share of the pixels."""
     generator = torch.Generator().manual_seed(seed)
     values = torch.rand(5, *size, generator=generator)
     shown, mask = (torch.rand(2, *size, generator=generator) < torch.tensor([0.7, density])[:, None, None]).float()
@@ -26,7 +26,7 @@ def sparse(size: tuple[int, int], density: float, seed: int = 0) -> Tensor:
 
 
 def with_biases(network: Pyramid) -> Pyramid:
-    """A new network with what only a trained one has, biases."""
+    """Return a new network with biases, like a trained one."""
     for name, parameter in network.named_parameters():
         if name.endswith("bias"):
             nn.init.normal_(parameter, std=0.1)
@@ -51,8 +51,7 @@ def test_parameters() -> None:
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (64, 64), (65, 129)])
 def test_any_size(size: tuple[int, int]) -> None:
-    """One more odd row or column without known pixels changes nothing, and pictures of a batch don't affect each
-    other."""
+    """An additional odd row or column without known pixels changes nothing; pictures of a batch are independent."""
     torch.manual_seed(1)
     network, (height, width) = Pyramid(), size
     gbuffer = torch.cat([sparse(size, 0.2, seed) for seed in (0, 1)])
@@ -65,7 +64,7 @@ def test_any_size(size: tuple[int, int]) -> None:
 
 
 def test_arithmetic_is_that_of_the_picture() -> None:
-    """Little is computed beyond its edges, whatever its size."""
+    """Little is computed beyond its edges, for any size."""
     network = Pyramid()
     whole = network.multiply_adds(512, 640)
     assert whole < 1226
@@ -73,20 +72,20 @@ def test_arithmetic_is_that_of_the_picture() -> None:
 
 
 def doubled(x: np.ndarray) -> np.ndarray:
-    """Twice the rows: between each and the next, a quarter and three quarters of the way."""
+    """Double the rows by bilinear interpolation, with weights of a quarter and three quarters."""
     before, after = np.concatenate([x[:1], x[:-1]]), np.concatenate([x[1:], x[-1:]])
     return np.stack([(3 * x + before) / 4, (3 * x + after) / 4], 1).reshape(-1, x.shape[1])
 
 
 def around(x: np.ndarray) -> np.ndarray:
-    """The 3x3 pixels around each, zeros beyond the edges: (h, w, 3, 3)."""
+    """Return the 3x3 neighbourhood of each pixel, zeros beyond the edges: (h, w, 3, 3)."""
     return np.lib.stride_tricks.sliding_window_view(np.pad(x, 1), (3, 3))
 
 
 @pytest.mark.parametrize("size", [(64, 128), (37, 150)])
 @pytest.mark.parametrize("density", [0.003, 0.1, 1])
 def test_step_by_step(density: float, size: tuple[int, int]) -> None:
-    """The network written out once more, block by block in NumPy, without its own helpers."""
+    """The network implemented again, block by block in NumPy, without its helpers."""
     torch.manual_seed(2)
     network = with_biases(Pyramid())
     gbuffer = sparse(size, density)
@@ -99,7 +98,7 @@ def test_step_by_step(density: float, size: tuple[int, int]) -> None:
     rows, columns = np.indices(mask.shape) + 0.5
 
     def cut(x: np.ndarray, side: int) -> np.ndarray:
-        """The blocks that have a pixel of the picture; pixels in pairs."""
+        """Crop to the blocks with a pixel of the picture, in pairs of pixels."""
         height, width = (-(-length // side) if side > 1 else length + length % 2 for length in size)
         return x[:height, :width]
 
@@ -155,12 +154,12 @@ def test_far_from_the_surface_it_is_exactly_zero() -> None:
     image = network(gbuffer)[0, 0]
     assert (image[:, 64 + 2 :] == 0).all()
     assert (image[:, :64] != 0).all()
-    gbuffer[:, :, :, 128:] = 0  # nothing is known there
+    gbuffer[:, :, :, 128:] = 0  # unknown there
     assert (network(gbuffer)[0, 0, :, 160:] != 0).all()
 
 
 def test_receptive_field() -> None:
-    """Four of the coarsest blocks above a row of pairs of them and below it."""
+    """Four of the coarsest blocks above and below a row of pairs of them."""
     torch.manual_seed(4)
     network = Pyramid()
     for parameter in network.parameters():

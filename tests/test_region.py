@@ -1,4 +1,4 @@
-"""Regions with outlines of lines and arcs: distances and sides against outlines sampled finely, and worked values."""
+"""Regions with outlines of lines and arcs: distances and sides compared with dense samples, and worked values."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def outline(*rows):
 
 
 def sampled(loop):
-    """Places along an outline, and how the turn to each lies: (n, SAMPLES, 2) of n pieces."""
+    """Return points along an outline, (n, SAMPLES, 2) for n pieces."""
     pieces = []
     for (x, y, bulge), following in zip(loop, np.roll(loop, -1, axis=0), strict=True):
         a, b = complex(x, y), complex(*following[:2])
@@ -29,7 +29,7 @@ def sampled(loop):
 
 
 def winding(points, loop):
-    """By the angles under which the points see a fine polygon."""
+    """Return winding numbers, by the angles subtended by a fine polygon."""
     corners = sampled(loop)[:, :-1].reshape(-1, 2)[::4]
     seen = np.zeros(len(points))
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -43,7 +43,7 @@ def at(f, points):
 
 
 def boundary_samples(loops):
-    """Of all samples those that have something inside on one side only, by the windings on both."""
+    """Return the samples with the inside on exactly one side, by the winding numbers on both sides."""
     kept = []
     for loop in loops:
         for piece in sampled(loop):
@@ -72,7 +72,7 @@ def check(loops, seed, tolerance):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_distances_are_those_of_outlines_sampled_finely(seed):
-    """A star of random arcs and lines, which does not cross itself."""
+    """A star of random arcs and lines, without self-intersection."""
     rng = np.random.default_rng(seed)
     n = 7
     angle = 2 * np.pi * (np.arange(n) + rng.uniform(-0.3, 0.3, n)) / n
@@ -83,7 +83,7 @@ def test_distances_are_those_of_outlines_sampled_finely(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_outlines_that_cross_are_taken_together(seed):
-    """A triangle of random arcs over another, in either direction."""
+    """Two overlapping triangles of random arcs, in either direction."""
     rng = np.random.default_rng(seed)
     loops = [np.column_stack([rng.uniform(-1.3, 1.3, (3, 2)), rng.choice([0, 0.4, -0.3], 3)]) for _ in range(2)]
     check(loops, seed, 4e-3)
@@ -103,7 +103,7 @@ def test_a_square_and_a_disk():
 
 
 def test_most_of_a_circle():
-    """Three quarters of the unit circle and the chord that cuts off the rest."""
+    """Three quarters of the unit circle, closed by a chord."""
     f = _core.region([outline((0, -1, 0), (-1, 0, -np.tan(3 * np.pi / 8)))])
     chord = np.sqrt(0.5)
     points = np.array([(0, 0), (2, 0), (0.6, 0.6), (-1, -1), (-0.9, -0.4)])
@@ -121,7 +121,7 @@ def test_a_hole_and_an_island_in_it():
 
 
 def test_overlaps_have_no_edges_inside():
-    """Two squares, one over the other's corner or side, the same one twice, and two that share a side."""
+    """Two overlapping squares, at a corner or a side, coincident ones, and two with a common side."""
     right = SQUARE + (1, 0, 0)
     assert at(_core.region([SQUARE, right]), np.array([(0.5, 0.0), (0, 0)])) == pytest.approx([-1, -1])
     assert at(_core.region([SQUARE, SQUARE]), POINTS) == pytest.approx(at(_core.region([SQUARE]), POINTS))

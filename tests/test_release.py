@@ -1,4 +1,4 @@
-"""What is released besides the code: its metadata, workflows, licences, list of parts, and conda-forge's recipe."""
+"""The release besides the code: metadata, workflows, licences, list of parts, and conda-forge's recipe."""
 
 import re
 import subprocess
@@ -33,7 +33,7 @@ def test_files_follow_their_schemas(schema, pattern):
 
 
 def test_the_version_is_everywhere_the_same():
-    """pyproject.toml has it; the others are made from that, or checked here."""
+    """pyproject.toml defines it; others are generated from it, or checked here."""
     (version,) = re.findall(r'^version = "([^"]+)"$', (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
     (of_conda,) = re.findall(r'^  version: "(.+)"$', (ROOT / "conda/recipe.yaml").read_text("utf-8"), re.MULTILINE)
     assert {version, of_conda} == {bob.__version__}

@@ -1,4 +1,4 @@
-"""Rhino's files: what is in them, where, in which colours, and with which trims."""
+"""Rhino's files: their objects, places, colours, and trims."""
 
 import base64
 import struct
@@ -27,14 +27,14 @@ ORIGIN = rhino3dm.Point3d(0, 0, 0)
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch):
-    """Processes take half a second to start, and know nothing of what a test has replaced."""
+    """Processes take half a second to start, and ignore monkeypatches of a test."""
     monkeypatch.setattr(
         "bobrossnet.adapters.rhino.call_apart", lambda _module, _name, file: (read_here(Path(file)), [])
     )
 
 
 class Model:
-    """A Rhino file in the making."""
+    """A Rhino file under construction."""
 
     def __init__(self):
         self.file = rhino3dm.File3dm()
@@ -82,8 +82,10 @@ def color(*rgb):
 
 
 def grid(face, count=48):
-    """Parameters off the borders, (n, m), and the area in (u, v) that each stands for: at least `count` along each
-    axis, as many in each span."""
+    """Return parameters off the borders, (n, m), and the area in (u, v) of each sample.
+
+    At least `count` along each axis, equally many in each span.
+    """
 
     def along(knots, low, high):
         ends = np.unique(np.clip(knots, low, high))
@@ -95,7 +97,7 @@ def grid(face, count=48):
     return *np.meshgrid(u, v, indexing="ij"), np.outer(du, dv)
 
 
-# ---- What is shown, and how ------------------------------------------------------------------------------
+# ---- Visible objects, and their look ---------------------------------------------------------------------
 
 
 def test_objects_have_names_and_places(tmp_path):
@@ -122,7 +124,7 @@ def test_objects_have_names_and_places(tmp_path):
     np.testing.assert_array_equal(mesh.triangles, [(0, 1, 2), (1, 4, 2), (0, 2, 3)])
     u, v, _ = grid(sphere.faces[0])
     np.testing.assert_allclose(np.linalg.norm(sphere.faces[0].points(u, v), axis=-1), 2, atol=1e-12)
-    assert [len(face.trims) for face in extrusion.faces] == [0, 1, 1]  # the caps are cut out of squares
+    assert [len(face.trims) for face in extrusion.faces] == [0, 1, 1]  # the caps are cut from squares
 
 
 def test_colors_of_vertices_stand_for_those_of_objects(tmp_path):
@@ -165,8 +167,8 @@ def test_colours_are_those_of_materials_or_of_lines(tmp_path):
         (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)), WHITE),
         (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)), WHITE),
         (attributes(layer=red, MaterialIndex=green, **of_object), paint),
-        (attributes(layer=red, MaterialIndex=green), lines),  # where the layer's material counts, which it has none of
-        (attributes(layer=painted, **of_object), lines),  # and the other way round
+        (attributes(layer=red, MaterialIndex=green), lines),  # the layer's material applies, but it has none
+        (attributes(layer=painted, **of_object), lines),  # and the reverse
         (attributes(layer=red, MaterialIndex=soot, **of_object), (0, 0, 0)),
         (attributes(layer=painted, ColorSource=source.ColorFromMaterial), paint),
         (attributes(layer=red, ColorSource=source.ColorFromMaterial), WHITE),
@@ -250,7 +252,7 @@ def test_a_disk_is_cut_out_of_a_plane(tmp_path):
 
 
 def line(*points):
-    """A polyline in (u, v), as rhino3dm has it."""
+    """Return a polyline in (u, v), as rhino3dm's object."""
     return rhino3dm.Polyline([rhino3dm.Point3d(*point, 0) for point in points]).ToNurbsCurve()
 
 
@@ -284,7 +286,7 @@ def of_degree_11():
     ],
 )
 def test_trims_follow_the_nurbs_form_of_a_surface(surface, curve):
-    """A surface of revolution has other parameters than its NURBS form; the trims run along the same points."""
+    """A surface of revolution has other parameters than its NURBS form; the trims pass through the same points."""
     face = untrimmed(surface.ToNurbsSurface())
     ((trim,),) = face_trims([[curve]], surface, face)
     along = np.linspace(curve.Domain.T0, curve.Domain.T1, 2000)
@@ -296,7 +298,7 @@ def test_trims_follow_the_nurbs_form_of_a_surface(surface, curve):
 
 
 class Changed:
-    """A brep whose archive has other bytes."""
+    """A brep with a patched archive."""
 
     def __init__(self, archive, data):
         self.archive = {**archive, "data": base64.b64encode(data).decode()}
@@ -309,7 +311,7 @@ def test_a_trim_may_be_a_part_of_a_curve_and_backwards():
     archive = box().Encode()
     data = bytearray(base64.b64decode(archive["data"]))
     whole = brep_loops(box())[0][0][1]
-    # Trim 1: its index and its curve's, and the stretch of the curve; whether it runs backwards follows at byte 84.
+    # Trim 1: its index and its curve's, and the range of the curve; its direction follows at byte 84.
     key = struct.pack("<2i2d", 1, 1, whole.Domain.T0, whole.Domain.T1)
     assert data.count(key) == 1
     row = data.index(key)
@@ -370,7 +372,7 @@ def test_faces_of_too_high_a_degree_are_left_out(tmp_path):
 @pytest.mark.parametrize(
     ("name", "faces", "trimmed"),
     [
-        ("camera", 32, 17),  # of 119 and 69, the rest on layers that are switched off
+        ("camera", 32, 17),  # of 119 and 69, the others on hidden layers
         ("gear", 128, 124),
         ("human_head", 10, 0),
         ("lightbulb", 110, 16),
@@ -389,7 +391,7 @@ def test_real_files_have_their_faces_and_trims(name, faces, trimmed):
 @needs_models
 @pytest.mark.parametrize("name", ["diner_mug", "mech_part_a", "rhino_logo", "solid_handle"])
 def test_trimmed_faces_are_where_rhinos_own_mesh_is(name):
-    """What Rhino stores for its display lies where the trims leave something, and is as large."""
+    """Rhino's display mesh lies inside the trims, and has the same area."""
     mesh = trimesh.load(NURBS / f"{name}.rendermesh.ply", process=False)
     size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
     on_mesh = cKDTree(trimesh.sample.sample_surface(mesh, 200_000, seed=0)[0])
@@ -403,7 +405,7 @@ def test_trimmed_faces_are_where_rhinos_own_mesh_is(name):
     assert area == pytest.approx(mesh.area, rel=0.01)
 
 
-# ---- What can't be read ----------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 
 def test_files_without_surfaces_say_what_they_hold(tmp_path):

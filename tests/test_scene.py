@@ -1,4 +1,4 @@
-"""Scenes of several shapes: places, materials, and that neither order nor threads matter."""
+"""Scenes of several shapes: placement, materials, and independence of order and threads."""
 
 import copy
 import hashlib
@@ -26,7 +26,7 @@ def cube(shift=(0, 0, 0)):
 
 
 def ball(rings=24):
-    """A sphere of unit radius, with its exact normals."""
+    """Return a sphere of unit radius, with exact normals."""
     u, v = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, 2 * rings + 1), indexing="ij")
     points = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
     i = (np.arange(rings)[:, None] * (2 * rings + 1) + np.arange(2 * rings)).reshape(-1, 1)
@@ -35,7 +35,7 @@ def ball(rings=24):
 
 
 def faceted(mesh):
-    """The mesh with a separate normal stored for each face."""
+    """Return the mesh with separate normals for each face."""
     corners = mesh.vertices[mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     triangles = np.arange(mesh.triangles.size).reshape(-1, 3)
@@ -46,7 +46,7 @@ def faceted(mesh):
 
 
 def crowd():
-    """Shapes that overlap, touch and coincide: two cubes of different materials in one place, balls of one shape."""
+    """Shapes that overlap, touch and coincide: two coincident cubes of different materials, balls of one shape."""
     red, blue = bob.Material(color="#ff0000"), bob.Material(color=(0, 0, 1), specular=1, shininess=3)
     one, round_one = cube(), ball()
     return [
@@ -107,12 +107,12 @@ def test_a_moved_shape_looks_like_moved_vertices(seed):
     matrix = np.eye(4)
     matrix[:3, :3] = np.diag(rng.uniform(0.5, 2, 3)) @ rotation(rng.uniform(-4, 4), rng.normal(size=3))[:3, :3]
     matrix[:3, 3] = rng.normal(size=3) * 10
-    mesh = faceted(cube())  # a stretch bends normals that are interpolated
+    mesh = faceted(cube())  # a non-uniform scale bends interpolated normals
     moved = faceted(bob.Mesh(mapped(matrix, mesh.vertices), mesh.triangles))
     by_matrix = bob.trace(bob.Instance(mesh, matrix), size=SIZE)
     by_vertices = bob.trace(moved, size=SIZE)
     assert (by_matrix.depth > 0).mean() > 0.05
-    # Along an edge, rounding decides which face a ray meets.
+    # Along an edge, rounding decides which face a ray hits.
     assert (np.abs(by_matrix.depth - by_vertices.depth) > 1e-5).mean() < 1e-3
     assert (np.abs(by_matrix.normal - by_vertices.normal) > 1e-5).mean() < 1e-3
 
@@ -165,7 +165,7 @@ def test_bounds_and_sphere_of_placed_shapes():
 
 
 def test_two_meshes_are_not_smoothed_as_one():
-    """Two plates that meet at 20 degrees: one mesh of both is smooth there, two meshes are flat."""
+    """Two plates at an angle of 20 degrees: smooth as one mesh, flat as two meshes."""
     slope = np.tan(np.radians(20))
     corners = [(0, -1, 0), (0, 1, 0), (-1, -1, -slope), (-1, 1, -slope), (1, -1, 0), (1, 1, 0)]
     left, right = [(0, 1, 3), (0, 3, 2)], [(0, 4, 5), (0, 5, 1)]
@@ -182,14 +182,14 @@ def test_two_meshes_are_not_smoothed_as_one():
 @settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 2**32), scale=st.floats(1e-9, 1e9), shift=st.floats(-1e6, 1e6))
 def test_a_shape_alone_is_traced_in_its_own_coordinates(seed, scale, shift):
-    """So that its rays are not rounded once more on their way to it."""
+    """So its rays need no further rounding on their way to it."""
     rng = np.random.default_rng(seed)
     scene = bob.Scene(bob.Mesh((rng.normal(size=(30, 3)) + shift) * scale, np.arange(30).reshape(-1, 3)))
     assert np.array_equal(scene.core.to_shapes[0], np.eye(4)[:3])
 
 
 def test_a_small_shape_far_from_the_centre():
-    """A ball of a thousandth of the scene, seen through a lens that makes it fill the picture."""
+    """A ball of a thousandth of the scene, zoomed in to fill the picture."""
     specks = [bob.Mesh([[x, x, x], [x, x, x + 1e-9], [x, x + 1e-9, x]], [[0, 1, 2]]) for x in (-1.0, 1.0)]
     tiny = bob.Instance(ball()).scale(1e-3)
     alone, within = (
@@ -262,7 +262,7 @@ def test_shapes_in_many_places_reach_as_far_as_in_one():
     ):
         maps = np.tile(np.eye(4), (20, 1, 1))
         maps[:, :3] += rng.uniform(-0.4, 0.4, (20, 3, 4)) * (1, 1, 1, 20)
-        fresh = [pickle.loads(pickle.dumps(shape)) for _ in maps]  # each is in one place
+        fresh = [pickle.loads(pickle.dumps(shape)) for _ in maps]  # each in one place
         many, apart = bob.Scene(map(bob.Instance, [shape] * 20, maps)), bob.Scene(map(bob.Instance, fresh, maps))
         assert np.array_equal(many.boxes, apart.boxes)
         assert many.radius == apart.radius == max(s.radius(m, many.center) for s, m in zip(fresh, maps, strict=True))
@@ -279,7 +279,7 @@ def test_100_000_places_are_a_matter_of_seconds(kind):
     start = time.perf_counter()
     scene = bob.Scene(places * 100)
     assert len(scene.boxes) == 100_000
-    bob.trace(scene, size=(30, 40))  # coincident instances don't meet rays
+    bob.trace(scene, size=(30, 40))  # coincident instances aren't hit
     assert time.perf_counter() - start < 10
 
 
@@ -405,7 +405,7 @@ def test_only_the_shade_depends_on_the_material():
 def test_colours():
     assert bob.Material().color == bob.Material("#ffffff").color == (1, 1, 1)
     assert bob.Material("#FF0000").color == (1, 0, 0)
-    # Worked values of IEC 61966-2-1: 128 is 0.2159 linear, 5 lies on the straight piece.
+    # Worked values of IEC 61966-2-1: 128 is 0.2159 linear, 5 lies on the linear segment.
     assert bob.Material("#800005").color == pytest.approx((0.21586, 0, 5 / 255 / 12.92), abs=1e-5)
     assert bob.Material(color=np.array([0.25, 0.5, 1])).color == (0.25, 0.5, 1)
 
@@ -418,10 +418,10 @@ SINGULAR = np.diag([1.0, 0, 1, 1])
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: bob.Material("red"), "color: expected #rrggbb or 3 numbers, got 'red'"),
+        (lambda: bob.Material("rot"), "color: expected #rrggbb, a CSS name or 3 numbers, got 'rot'"),
         (lambda: bob.Material("#12345"), "color: expected #rrggbb"),
-        (lambda: bob.Material((1, 1)), "color: expected #rrggbb or 3 numbers, got (1, 1)"),
-        (lambda: bob.Material(7), "color: expected #rrggbb or 3 numbers, got 7"),
+        (lambda: bob.Material((1, 1)), "color: expected #rrggbb, a CSS name or 3 numbers, got (1, 1)"),
+        (lambda: bob.Material(7), "color: expected #rrggbb, a CSS name or 3 numbers, got 7"),
         (lambda: bob.Material((1, 1, 2)), "color: expected a number in [0, 1], got 2"),
         (lambda: bob.Material((1, 1, float("nan"))), "color: expected a number in [0, 1], got nan"),
         (lambda: bob.Material(ambient=-1), "ambient: expected a number in [0, 1], got -1"),

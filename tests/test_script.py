@@ -1,4 +1,4 @@
-"""Shape scripts and .vm files: what scripts make is what Python makes; errors say where; the shapes of formulas."""
+"""Shape scripts and .vm files: scripts make the same shapes as Python; errors name their place; shapes of formulas."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ PROGRAMS = [
 
 
 def as_python(program):
-    """The shape that Python makes of a program, named f."""
+    """Return the shape that Python makes of a program, named f."""
     names = {}
     exec("from math import *\nfrom bobrossnet.sdf import *\n" + program, names)
     return names
@@ -40,7 +40,7 @@ def as_python(program):
 
 @pytest.fixture
 def script(tmp_path):
-    """A function from a script's text or bytes to the shape in its file."""
+    """Return a function from a script's text or bytes to the shape in its file."""
 
     def read(source):
         path = tmp_path / "shape.sdf"
@@ -73,7 +73,7 @@ def test_a_script_is_the_same_program_in_python(script, program):
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_programs_in_python(example):
     shape = read_script(example)
-    # Python has no value of a line by itself: the last one gets a name.
+    # Python has no value of a program: the last line gets a name.
     *lines, last = example.read_text().rstrip().splitlines()
     name, _, _ = last.partition(" -= ")
     program = "\n".join([*lines, last if " -= " in last else f"f = {last}"])

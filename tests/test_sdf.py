@@ -1,4 +1,4 @@
-"""The modelling language: each word against its formula in plain numpy, programs, and the errors of bad calls."""
+"""The modelling language: each word compared with its formula in plain numpy, programs, and errors of bad calls."""
 
 import inspect
 import pickle
@@ -30,7 +30,7 @@ def points():
     return np.concatenate([rng.normal(size=(400, 3)) * scale for scale in (0.3, 1, 3, 30, 1e4)])
 
 
-# ---- Formulas: of points p, (n, 2) or (n, 3), and a word's arguments; shapes and easings are functions -----
+# ---- Formulas of points p, (n, 2) or (n, 3), and a word's arguments; shapes and easings are functions -------
 
 
 def norm(*columns):
@@ -46,7 +46,7 @@ def unit(v):
 
 
 def box_of(q):
-    """What a box has to say about how far beyond its faces a point is."""
+    """Return the distance from a box for distances q beyond its faces."""
     return length(np.maximum(q, 0)) + np.minimum(q.max(axis=1), 0)
 
 
@@ -55,7 +55,7 @@ def stack(*columns):
 
 
 def turned(p, angle, axis):
-    """Rodrigues' formula, for points turned by -angle, as the shape is turned by the angle."""
+    """Rotate points by -angle, by Rodrigues' formula, as the shape is rotated by the angle."""
     k = unit(axis)
     cross = np.cross(k, p)
     return p * np.cos(angle) - cross * np.sin(angle) + np.outer(p @ k, k) * (1 - np.cos(angle))
@@ -173,7 +173,7 @@ def dodecahedron(p, r):
 
 
 def icosahedron(p, r):
-    midradius = r * 0.8506507174597755  # GOLDEN / sqrt(GOLDEN**2 + 1), to as many digits as the original has
+    midradius = r * 0.8506507174597755  # GOLDEN / sqrt(GOLDEN**2 + 1), with the digits of the original
     normals = [*(np.roll(unit((GOLDEN**2, 1, 0)), turn) for turn in range(3)), unit((1, 1, 1))]
     return (np.abs(p) @ np.transpose(normals)).max(axis=1) - midradius * normals[0][0]
 
@@ -191,7 +191,7 @@ def rounded_rectangle(p, size, radius, center=0):
 
 
 def polygon(p, points):
-    """By the winding angle, where the word counts crossings."""
+    """Signed by winding angles, where the word counts crossings."""
     corners = np.asarray(points, float)
     distance, angle = np.full(len(p), np.inf), np.zeros(len(p))
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -222,7 +222,7 @@ def vesica(p, r, d):
 
 
 def rounded_max(a, b, k):
-    """The larger, and a parabola's arc between."""
+    """Return the maximum, with a parabolic blend between."""
     if not k:
         return np.maximum(a, b)
     h = np.clip(0.5 + 0.5 * (a - b) / k, 0, 1)
@@ -251,7 +251,7 @@ def repeat(p, f, spacing, count=None, padding=0):
 
 
 def circular_array(p, f, count, offset=0):
-    """The copies on either side of a point, whichever of all copies they are."""
+    """Return the copies on either side of a point."""
     angle = np.arctan2(p[:, 1], p[:, 0]) % (2 * np.pi / count)
     away = norm(p[:, 0], p[:, 1])
 
@@ -332,7 +332,7 @@ def extrude_to(p, a, b, h, e=linear):
 
 
 def in_out(into):
-    """The easing that does `into` twice as fast, and then the same backwards."""
+    """Return the easing that runs `into` at double speed, and then in reverse."""
     return lambda t, *k: np.where(t < 0.5, into(2 * t, *k) / 2, 1 - into(2 - 2 * t, *k) / 2)
 
 
@@ -345,7 +345,7 @@ def in_elastic(t, k=0.5):
 
 
 def bounced(t):
-    """The arcs of a ball, each between its own two bounces."""
+    """The arcs of a ball, each between two bounces."""
     pieces = [
         (121 / 16, 0, 0),
         (363 / 40, -99 / 10, 17 / 5),
@@ -390,7 +390,7 @@ FORMULAS_OF_BOTH = {
     "intersection": folded(lambda a, b, k=None: rounded_max(a, b, k)),
     "blend": folded(lambda a, b, k=0.5: k * b + (1 - k) * a),
     "negate": lambda p, f: -f(p),
-    "color": lambda p, f, c: f(p),  # tests/test_formula_color.py is about the colours
+    "color": lambda p, f, c: f(p),  # tests/test_formula_color.py tests the colours
     "dilate": lambda p, f, r: f(p) - r,
     "erode": lambda p, f, r: f(p) + r,
     "shell": lambda p, f, thickness: np.abs(f(p)) - thickness / 2,
@@ -490,7 +490,7 @@ STAR = [(np.cos(4 * np.pi * i / 5), np.sin(4 * np.pi * i / 5)) for i in range(5)
 
 
 def calls_of_both(f, g, h, v, size):
-    """Calls of the operations that shapes f, g and h of any dimensions have, with a vector and a size of theirs."""
+    """Calls of the operations of shapes f, g and h in any dimension, with a vector and a size."""
     return {
         "union": [call(f, g, h), call(f, g, h, k=0.3), call(f), call(f, g, k=0)],
         "difference": [call(f, g, h), call(f, g, h, k=0.4)],
@@ -599,7 +599,7 @@ def chosen(value, which):
 
 
 def both_forms(word, args, kwargs):
-    """What the word makes of a call, and what its formula does."""
+    """Return the values of a word's call, and of its formula."""
 
     def arguments(which):
         return [chosen(a, which) for a in args], {name: chosen(value, which) for name, value in kwargs.items()}
@@ -690,7 +690,7 @@ def test_k_of_the_second_shape_rounds(points):
         assert made.expression == named(box, d3.sphere(), k=0.25).expression
         assert made.expression == named(box, rounded).expression
         assert named(box, rounded, k=0.5).expression == named(box, d3.sphere(), k=0.5).expression
-    assert (rounded | box).expression == (d3.sphere() | box).expression  # it is the second's that counts
+    assert (rounded | box).expression == (d3.sphere() | box).expression  # the second shape's radius counts
     assert (box | d3.sphere().k(0)).expression == (box | d3.sphere()).expression
 
 
@@ -839,7 +839,7 @@ def test_help_shows_names_defaults_and_meaning():
         assert function.__doc__.startswith(word.meaning)
 
 
-# ---- What can't be ---------------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 MISTAKES = {
     "sphere: radius: expected a number, got a 3D shape": lambda: d3.sphere(d3.box()),

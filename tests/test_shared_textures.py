@@ -1,4 +1,4 @@
-"""Textures that several meshes share: one picture in memory, in the budget of a file, in scene files and in copies."""
+"""Textures shared by several meshes: one picture in memory, in the budget of a file, in scene files and in copies."""
 
 import base64
 import copy
@@ -17,13 +17,13 @@ SIZE = (24, 24)
 
 
 def pictures(scene):
-    """Those of its instances, each once."""
+    """Return the distinct pictures of its instances."""
     return {id(instance.shape.picture) for instance in scene.instances}
 
 
 @pytest.mark.parametrize("channels", [3, 4])
 def test_meshes_of_one_array_share_its_picture(channels):
-    """In Python and in the core, where each further mesh costs less than the picture."""
+    """In Python and in the core, where each further mesh takes less than the picture."""
     array = texels(channels=channels)
     meshes = [mesh(array, i, wrap=wrap) for i, wrap in enumerate(("repeat", "clamp", "mirror"))]
     meshes += [mesh(array, 3).turned_upright(), mesh(meshes[0].picture, 4)]
@@ -58,7 +58,7 @@ def test_an_alpha_is_no_part_of_the_texels():
 
 
 def test_pictures_go_when_no_mesh_has_them():
-    """A new array at the same address is not taken for the old one."""
+    """A new array at the same address is not mistaken for the old one."""
     for value in range(20):
         made = mesh(np.full((8, 8, 3), value, np.uint8))
         assert (made.texture == value).all()
@@ -148,7 +148,7 @@ def png(array):
 
 
 def gltf(path, materials, array):
-    """A triangle for each of the materials, which all have one texture."""
+    """A triangle for each of the materials, all with one texture."""
     uri = "data:application/octet-stream;base64,"
     buffers = [np.eye(3, dtype=np.float32), PLACES.astype(np.float32)]
     laid = {"baseColorTexture": {"index": 0}}
@@ -180,7 +180,7 @@ def gltf(path, materials, array):
 
 
 def test_materials_share_a_picture(tmp_path, recwarn, monkeypatch):
-    """However many they are, it counts once."""
+    """Any number of them counts once."""
     array = texels()
     monkeypatch.setattr("bobrossnet.adapters.surface.MAX_FILE_TEXELS", array.size // 3)
     faces = "".join(f"usemtl {i}\nf 1/1 2/2 3/3\n" for i in range(20))

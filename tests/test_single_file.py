@@ -1,4 +1,4 @@
-"""`bobrossnet view --export page.html`: one file that shows a scene wherever scripts may run, and asks for nothing."""
+"""`bobrossnet view --export page.html`: one file that shows a scene wherever scripts may run, without requests."""
 
 import base64
 from io import BytesIO
@@ -41,7 +41,7 @@ def file(scene, tmp_path_factory):
 
 
 def exact(frame):
-    """The exact picture, (H, W, 3)."""
+    """Return the exact picture, (H, W, 3)."""
     address = frame.evaluate(EXACT)
     return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB"))
 
@@ -54,7 +54,7 @@ def assert_shows(found, scene):
 
 @pytest.fixture
 def page(browser):
-    """A page of which nothing may be wrong, and what it asked for."""
+    """Return a page checked for errors, and its requests."""
     page = browser.new_page(viewport={"width": 320, "height": 240})
     page.wrong, page.asked = [], []
     page.on("pageerror", lambda error: page.wrong.append(str(error)))

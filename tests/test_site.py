@@ -1,4 +1,4 @@
-"""The documentation as a site: it builds without a warning, and its reference has all that is public."""
+"""The documentation site: it builds without warnings, and its reference has all public names."""
 
 import re
 import subprocess
@@ -42,7 +42,7 @@ def test_the_site_builds_and_has_the_page(tmp_path):
     commands = (out / "docs/site/commands.html").read_text()
     assert "bobrossnet thumbs" in commands
     assert "--background COLOR" in commands
-    # Whatever a document of the site links to is there.
+    # Every link within the site has a target.
     for page in out.glob("docs/**/*.html"):
         for link in re.findall(r'href="([^"#:]+\.html)[#"]', page.read_text()):
             assert (page.parent / link).resolve().is_file(), f"{page.name}: {link}"

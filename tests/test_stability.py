@@ -1,4 +1,4 @@
-"""Temporal stability: the measure's properties, and networks, fillings and orders measured with it at toy size."""
+"""Temporal stability: properties of the measure, and networks, fillings and orders at toy size."""
 
 import csv
 import io
@@ -30,7 +30,7 @@ TOY = {"frames": 4, "size": (24, 32), "orbit_frames": 2}
 def test_monotone_convergence_has_no_flicker():
     rng = np.random.default_rng(0)
     truth, start = rng.random((2, 12, 13))
-    progress = np.sort(rng.random((9, 12, 13)), 0)  # each pixel at its own pace, from both sides, none beyond the truth
+    progress = np.sort(rng.random((9, 12, 13)), 0)  # each pixel at a different pace, from both sides, without overshoot
     measured = change_and_flicker(start + progress * (truth - start), truth)
     np.testing.assert_allclose(measured[1:, 1], 0, atol=1e-15)
     assert (measured[1:, 0] > 0.01).all()
@@ -38,7 +38,7 @@ def test_monotone_convergence_has_no_flicker():
 
 
 def test_a_step_away_counts_twice():
-    """0.2 away and back again: each frame changes by 0.2, and all of it is flicker, told when it goes away."""
+    """0.2 away and back: each frame changes by 0.2, and all of it is flicker, counted at the step away."""
     truth = np.full((4, 5), 0.9)
     frames = np.stack([truth - (0.3 if i % 2 == 0 else 0.5) for i in range(6)])
     change, flicker, error = change_and_flicker(frames, truth).T
@@ -87,13 +87,13 @@ def test_networks_and_fillings(stability):
     for (method, _), frames in stability.frames.items():
         assert frames.shape == (2, 4, 3)
         assert (frames[:, 1:, 1] >= -1e-12).all()
-        assert (frames[:, -1, 2] == 0).all() == (method != "paper raw")  # all traced: exact, but for the raw output
+        assert (frames[:, -1, 2] == 0).all() == (method != "paper raw")  # all traced: exact, except for the raw output
         assert np.isfinite(stability.orbit[method, "uniform"]).all()
     raw, kept = (stability.mean(method) for method in methods[:2])
     assert raw[:, 2].mean() > kept[:, 2].mean()
     flicker, change = stability.total("paper kept")
     assert 0 < flicker < change
-    assert flicker == pytest.approx(change - kept[0, 2])  # from its first error to none
+    assert flicker == pytest.approx(change - kept[0, 2])  # from its first error to 0
 
     view = bob.trace(bob.happy_tree(), bob.Camera(azimuth=40, elevation=25), size=TOY["size"])
     frames = [bob.complete(view.sample(fraction, order="uniform"), model="paper") for fraction in stability.fractions]
@@ -101,7 +101,7 @@ def test_networks_and_fillings(stability):
 
 
 def made_up(order, flickers):
-    """A network whose flicker is given by view, in a single step and in orbits; nearest has 0.4 and 0.1."""
+    """Return a network with given flicker by view, in a single step and in orbits; nearest has 0.4 and 0.1."""
     flickers = np.array(flickers)
 
     def frames(values):
@@ -122,7 +122,8 @@ def made_up(order, flickers):
 
 def test_changes_are_in_pairs_with_their_intervals():
     made = made_up("uniform", [0.1, 0.3])
-    # Half of 0.4 on average, deviations ±0.1 / 0.4, t of 1 degree is 12.7; a fifth in the orbits, ±0.1 of it.
+    # Half of 0.4 on average, deviations ±0.1 / 0.4, t with 1 degree of freedom is 12.7; a fifth in the orbits, ±0.1 of
+    # it.
     half = 12.7062047 * 0.25
     expected = [[-0.5, half], [-0.8, 0.4 * half], [-0.8, 0.4 * half]]
     np.testing.assert_allclose(made.change_of_flicker("mine kept", "nearest"), expected)
@@ -171,7 +172,7 @@ def test_csv_has_every_number(stability):
     assert float(rows[1]["flicker"]) == pytest.approx(expected, rel=1e-5)
 
 
-# ---- What is looked at -----------------------------------------------------------------------------------
+# ---- Scenes ----------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The layers: the picture knows neither tracing nor completion, nor do these know each other, in any language."""
+"""The layers: picture depends on neither tracing nor completion, nor these on each other, in any language."""
 
 import posixpath
 import re
@@ -51,7 +51,7 @@ PAGE = {
 
 
 def forbidden(used, allowed):
-    """What is used and may not be, and which file uses it."""
+    """Return forbidden uses, and the file of each."""
     return [f"{file.name}: {what}" for file, what in used if what.split("/")[0] not in allowed]
 
 
@@ -87,7 +87,7 @@ def test_layers_of_the_package(folder):
 
 
 def test_nothing_imports_learn():
-    """It is reached by entry points, so that pictures never wait for torch."""
+    """Entry points lead to it, so that pictures never wait for torch."""
     files = [file for file in PACKAGE.rglob("*.py") if "learn" not in file.relative_to(PACKAGE).parts]
     assert files
     learn = re.compile(r"^\s*(from|import) bobrossnet\.learn", re.MULTILINE)
@@ -107,7 +107,7 @@ def test_layers_of_the_page(folder):
 
 
 def test_what_is_to_be_touched_is_there():
-    """Each file that docs/architecture.md names."""
+    """Each file named in docs/architecture.md."""
     text = (ROOT / "docs/architecture.md").read_text()
     bases = (ROOT, PACKAGE, ROOT / "core", VIEWER)
 

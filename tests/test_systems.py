@@ -1,4 +1,4 @@
-"""Windows and browsers, played on Linux (systems.py): what these lack is not asked for."""
+"""Windows and browsers, simulated on Linux (systems.py): missing features are not used."""
 
 import os
 import subprocess
@@ -33,7 +33,7 @@ def command_of(system, code, *arguments):
 
 
 def played(system, code, *arguments, folder, **environment):
-    """What a program prints on another system; it ends well."""
+    """Return the output of a program on another system; it must exit with 0."""
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252", **environment}
     done = subprocess.run(
         command_of(system, code, *arguments), cwd=folder, env=environment, capture_output=True, timeout=120
@@ -43,7 +43,7 @@ def played(system, code, *arguments, folder, **environment):
 
 
 def test_windows_runs_what_machines_must(tmp_path):
-    """And prints names beyond its alphabet."""
+    """And prints names outside its code page."""
     code = f"""
 import runpy
 import bobrossnet as bob
@@ -182,7 +182,7 @@ sys.exit(cli.main([]))
 
 
 def test_browsers_trace_and_show(tmp_path):
-    """Everything but files whose readers need a process; pictures of a folder are made one after the other."""
+    """All except files whose readers need a process; thumbnails are rendered one after the other."""
     bob.happy_tree().save(tmp_path / "tree.stl")
     for name in ("part.step", "part.igs", "part.3dm"):
         (tmp_path / name).write_bytes(b"?")
@@ -227,7 +227,7 @@ print(signal.getsignal(signal.SIGINT) is starting._leave)
 
 @pytest.mark.parametrize("name", ["//server/share/wood.png", "/wood.png", "C:/wood.png", "C:wood.png"])
 def test_names_of_windows_lead_nowhere_else(tmp_path, monkeypatch, name):
-    """And no server is asked for one."""
+    """And no server is contacted."""
     (tmp_path / "C:wood.png").write_bytes(b"")
     monkeypatch.setattr(beside, "PurePath", PureWindowsPath)
     monkeypatch.setattr(os.path, "realpath", lambda path: pytest.fail(f"the disk was asked for {path}"))
@@ -247,7 +247,7 @@ def test_libraries_of_servers_are_not_asked_for(tmp_path, monkeypatch):
 
 
 def test_texts_have_an_encoding():
-    """Windows' own lacks most letters."""
+    """The default on Windows lacks most letters."""
     command = [sys.executable, "-m", "ruff", "check", "--preview", "--select", "PLW1514", "--quiet"]
     done = subprocess.run(
         [*command, "src", "bench", "docs", "examples", "core"], cwd=ROOT, stdout=subprocess.PIPE, text=True

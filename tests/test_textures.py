@@ -1,4 +1,4 @@
-"""Textures against Mitsuba's: the same mesh, places and picture, looked up where the same rays meet it."""
+"""Textures compared with Mitsuba's: the same mesh, coordinates and picture, sampled by the same rays."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def variant():
 
 
 def hill(columns=24, rows=20, tiles=1.0):
-    """A wavy sheet, from -1 to 1: vertices, triangles, places on a texture."""
+    """Return a wavy sheet, from -1 to 1: vertices, triangles, texture coordinates."""
     u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
     points = np.stack([2 * u - 1, 1 - 2 * v, 0.2 * np.sin(5 * u) * np.cos(4 * v)], axis=-1).reshape(-1, 3)
     index = np.arange(len(points)).reshape(columns + 1, rows + 1)
@@ -29,7 +29,7 @@ def hill(columns=24, rows=20, tiles=1.0):
 
 
 def in_mitsuba(points, triangles, uv, texels, wrap):
-    """The sheet as a scene of Mitsuba's."""
+    """Return the sheet as a Mitsuba scene."""
     properties = mi.Properties()
     bitmap = {"type": "bitmap", "bitmap": mi.Bitmap(texels), "filter_type": "bilinear", "wrap_mode": wrap}
     properties["bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": bitmap})
@@ -43,7 +43,7 @@ def in_mitsuba(points, triangles, uv, texels, wrap):
 
 
 def albedo_of(scene, times=1):
-    """What a picture of `times` as many rows and columns shows at its pixels' centres: (H, W, 3), NaN beside it."""
+    """Return albedo at the pixel centres of a picture with `times` the rows and columns, (H, W, 3), NaN outside."""
     height, width = times * HEIGHT, times * WIDTH
     position = np.array(CAMERA.position)
     forward = np.array(CAMERA.target) - position
@@ -64,7 +64,7 @@ def albedo_of(scene, times=1):
 
 @pytest.mark.parametrize("wrap", ["repeat", "clamp", "mirror"])
 def test_magnified_textures_are_mitsubas(wrap):
-    """Mean and all but a few pixels, where a ray passes an edge."""
+    """The mean, and all except a few pixels, where a ray passes an edge."""
     points, triangles, uv = hill(tiles=3)
     texels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
     seen = bob.trace(bob.Mesh(points, triangles, uv=uv, texture=texels, wrap=wrap), CAMERA, size=SIZE)
@@ -78,7 +78,7 @@ def test_magnified_textures_are_mitsubas(wrap):
 
 
 def test_minified_textures_are_means_over_pixels():
-    """Of 6 x 6 rays of Mitsuba's through each pixel, nearer than one of these is."""
+    """The mean of 6 x 6 of Mitsuba's rays in each pixel, and nearer to it than single rays are."""
     points, triangles, uv = hill()
     rng = np.random.default_rng(1)
     tiles = rng.integers(30, 250, (60, 60, 3), np.uint8).repeat(8, axis=0).repeat(8, axis=1)

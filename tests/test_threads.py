@@ -1,4 +1,4 @@
-"""Threads that share objects: each does what it would do alone, or gets one clear line."""
+"""Objects shared by threads: each thread gets its usual result, or a one-line error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIZE = (48, 64)
 
 
 def at_once(*works: Callable[[], Any]) -> list[BaseException]:
-    """What threads that begin together raise."""
+    """Return the exceptions of threads that start together."""
     start, raised = threading.Barrier(len(works)), []
 
     def run(work: Callable[[], Any]) -> None:
@@ -101,7 +101,7 @@ def test_a_view_is_not_used_from_within_its_tracer(tree: bob.Scene) -> None:
 
 
 def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
-    """All that release the GIL: none may crash, and what is refused is refused in one line."""
+    """All that release the GIL: none may crash, and errors have one line."""
     size = (256, 256)
     layout, planes = TRACED.core, np.zeros((TRACED.width, *size), np.float32)
     off_center = np.zeros(size, np.float32)
@@ -157,7 +157,7 @@ def test_two_threads_build_one_shape(tree: bob.Scene) -> None:
 
 
 class Two:
-    """Whose values are computed only while another one's is."""
+    """An object whose property waits for another object's."""
 
     def __init__(self, both: threading.Barrier) -> None:
         self.both, self.computed = both, 0
@@ -177,7 +177,7 @@ def test_values_of_two_objects_are_computed_at_once() -> None:
 
 
 class Failing:
-    """Whose value can be computed the second time."""
+    """A property that succeeds at the second attempt."""
 
     tries = 0
 

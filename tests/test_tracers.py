@@ -1,4 +1,4 @@
-"""Other people's tracers: pictures of any range and depth in any unit, lit backgrounds, and their pace."""
+"""User tracers: pictures of any range and depth in any unit, lit backgrounds, and throughput."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ EVERYWHERE = np.argwhere(np.ones(SIZE))
 
 
 def ramp(pixels):
-    """A colour for each pixel that rises smoothly across the picture, 0..1."""
+    """Return a smooth ramp of colours across the picture, 0..1."""
     row, column = pixels[:, 0] / H, pixels[:, 1] / W
     return np.stack([column, 0.5 * row + 0.25, 1 - column], axis=-1)
 
@@ -70,7 +70,7 @@ def test_what_displays_show_goes_through_no_transfer(tree):
 
 
 def test_units_of_depth_and_light_do_not_matter(tree):
-    """The same picture, its light a thousand times as strong, its depth in distances."""
+    """The same picture with light a thousand times as strong, and depth as distances."""
     full = bob.trace(tree, size=SIZE)
 
     def first(light, distances):
@@ -94,7 +94,7 @@ def test_backgrounds_may_shine():
     def tracer(pixels):
         hit = np.hypot(pixels[:, 0] - H / 2, pixels[:, 1] - W / 2) < 10
         color = np.where(hit[:, None], (0.8, 0.1, 0.1), (0.2, 0.4, 0.9))
-        depth = np.where(hit, 0.5, np.inf)  # what lies behind everything is of no interest
+        depth = np.where(hit, 0.5, np.inf)  # background depth is ignored
         return bob.Samples(color=color, depth=depth, hit=hit)
 
     first, *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.1)
@@ -168,7 +168,7 @@ def test_hits_may_be_left_out_where_all_are():
 
 
 class Sized:
-    """A tracer with everything that it may have."""
+    """A tracer with every optional attribute."""
 
     size = SIZE
     batch = 100
@@ -234,7 +234,7 @@ def test_calls_have_few_sizes():
     for _ in bob.progressive(tracer=tracer, size=(240, 320), first=0.02, frame_ms=2, order="lattice", model="small"):
         pass
     few = {1, *(2**k for k in range(20)), *(3 * 2**k for k in range(20))}
-    assert sum(size not in few for size in sizes) <= 2  # the first share, and what is left
+    assert sum(size not in few for size in sizes) <= 2  # the first share, and the rest
 
 
 @pytest.mark.parametrize(
@@ -259,7 +259,7 @@ def test_wrong_attributes_are_named(changed, message):
 
 
 def drawn(pixels, rng, deviation=0.2):
-    """The ramp, each time with other noise, and its variance as it is known from a few paths."""
+    """Return the ramp with new noise each time, and its variance from a few paths."""
     noise = deviation * rng.standard_normal(len(pixels))
     variance = deviation**2 * rng.chisquare(15, len(pixels)) / 15
     return bob.Samples(color=np.maximum(1 + ramp(pixels) + noise[:, None], 0), variance=variance)
@@ -275,12 +275,12 @@ def test_noise_falls_until_the_error_is_as_asked(pace):
     luminance = np.array([0.2126, 0.7152, 0.0722])
     assert all(frame.error > until for frame in frames[:-1])
     assert frames[-1].error <= until
-    # Errors are after the transfer, as the picture is brighter than 1.
+    # Errors are measured after the transfer, as the picture exceeds 1.
     error = np.abs(last.transfer.encode(last.gray) - last.transfer.encode(truth @ luminance)).mean()
     assert error == pytest.approx(frames[-1].error, rel=0.15)
     assert [frame.fraction for frame in frames if frame.fraction < 1] == sorted({f.fraction for f in frames} - {1})
     assert sum(frame.fraction == 1 for frame in frames) > 3
-    # Means of independent samples: their variance is as it says.
+    # Means of independent samples: their variance must match.
     normal = (last.gray - truth @ luminance) / np.sqrt(last.channel("variance"))
     assert normal.std() == pytest.approx(1, abs=0.1)
 
@@ -303,7 +303,7 @@ def test_without_noise_or_an_error_each_pixel_is_traced_once():
 
 @pytest.mark.parametrize("batch", [None, 50], ids=["any", "batches"])
 def test_a_tracer_can_not_change_the_pixels_that_it_is_given(tree, batch):
-    """They say where its samples go: turned upside down in place, the picture would be wrong and called exact."""
+    """They address the samples: reversed in place, the picture would be wrong and reported as exact."""
     size = (24, 32)
     trace = bob.SceneTracer(tree, bob.Camera(), size)
 

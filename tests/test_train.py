@@ -1,4 +1,4 @@
-"""Training at toy size: that it learns, goes on where it was stopped, and writes down what it did."""
+"""Training at toy size: it learns, resumes after interruption, and logs its progress."""
 
 import copy
 import csv
@@ -31,7 +31,7 @@ STEPS = 4  # of an epoch: 29 samples, so that two processes have different share
 
 
 class SmallPlan(Plan):
-    """A few of the samples, so that an epoch is short."""
+    """A few of the samples, for a short epoch."""
 
     def split(self, name: str) -> Any:
         return super().split(name)[: 29 if name == "train" else 10]
@@ -39,7 +39,7 @@ class SmallPlan(Plan):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A whole data set of two shapes, balls."""
+    """Return a complete data set of two shapes, balls."""
     path = tmp_path_factory.mktemp("data")
     dataset = Dataset.create(path, Plan(shapes=2, test_shapes=1), ["ball", "larger ball"])
     for shape in range(2):
@@ -59,7 +59,7 @@ def dataset(folder: Path) -> Dataset:
 
 @pytest.fixture(scope="module")
 def whole(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of an uninterrupted training."""
+    """Return the folder of an uninterrupted training run."""
     run = tmp_path_factory.mktemp("whole") / "made" / "run"
     train(TOY, dataset, run)
     return run
@@ -79,7 +79,7 @@ def events(run: Path) -> Iterator[Event]:
             place += length + 16
 
 
-# ---- what it writes -----------------------------------------------------------------------------------------
+# ---- files --------------------------------------------------------------------------------------------------
 
 
 def test_it_learns(whole: Path) -> None:
@@ -106,7 +106,7 @@ def test_log(whole: Path) -> None:
 
 
 def test_validation_is_of_the_shipped_weights(whole: Path, dataset: Dataset) -> None:
-    """The loss in the log is that of what weights.safetensors answers, raw, for the validation's samples."""
+    """The loss in the log is that of the raw output of weights.safetensors on the validation samples."""
     network, header = checkpoint.load(whole / WEIGHTS)
     assert header["epoch"] == "2"
     batch = training.Batches(dataset, "validation", shuffle=False)[0]
@@ -133,7 +133,7 @@ def test_tensorboard(whole: Path) -> None:
 
 
 def test_no_file_of_events_is_empty(tmp_path: Path) -> None:
-    """So that a training may be killed at any time."""
+    """So that training may be killed at any time."""
     log = logs.Events(tmp_path, 0)
     assert not list(tmp_path.iterdir())
     log.scalars({"training/loss": 0.5}, 1)
@@ -156,7 +156,7 @@ def test_panels() -> None:
     assert (sheet[:, 8:] == 51).all()
 
 
-# ---- going on, and stopping ---------------------------------------------------------------------------------
+# ---- resuming and stopping ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("optimizer", ["adadelta", "muon"])
@@ -181,7 +181,7 @@ def test_it_goes_on_mid_epoch_to_the_same_bits(
     assert len(rows(cut)) == 1
     calls = 2 * STEPS
     train(replace(config, workers=0), dataset, cut)
-    assert calls == 2 * STEPS + 2  # two of the second epoch were there
+    assert calls == 2 * STEPS + 2  # two of the second epoch were in the checkpoint
 
     assert (cut / WEIGHTS).read_bytes() != (whole / WEIGHTS).read_bytes()  # workers differ, in its header
     for name in (WEIGHTS, CHECKPOINT):
@@ -190,9 +190,9 @@ def test_it_goes_on_mid_epoch_to_the_same_bits(
         for key, tensor in expected.items():
             assert torch.equal(tensor, got[key]), key
     for ours, theirs in zip(rows(whole), rows(cut), strict=True):
-        for name in logs.COLUMNS[:-2]:  # but for the time that it took
+        for name in logs.COLUMNS[:-2]:  # except the measured times
             assert ours[name] == theirs[name]
-    # TensorBoard drops what was noted beyond the step at which it says that a session starts.
+    # TensorBoard drops events after the step of a later session's start.
     starts = [event.step for event in events(cut) if event.HasField("session_log")]
     assert starts == [1, STEPS + 2 + 1]
 
@@ -226,7 +226,7 @@ def test_two_processes_share_each_mini_batch(whole: Path, dataset: Dataset, tmp_
     one, two = (checkpoint.read_tensors(tmp_path / name / CHECKPOINT)[0] for name in ("one", "two"))
     for name, tensor in one.items():
         if name.startswith(("network", "average")):
-            # Gradients are sums in another order; AdaDelta's first steps have the same length for any gradient.
+            # Gradients are summed in another order; AdaDelta's first steps have the same length for any gradient.
             torch.testing.assert_close(two[name], tensor, atol=1e-4, rtol=1e-3)
     (alone,), (shared,) = rows(tmp_path / "one"), rows(tmp_path / "two")
     for column in logs.COLUMNS[:-2]:
@@ -258,7 +258,7 @@ def test_other_choices(
             assert tensor.dtype == torch.float32
 
 
-# ---- what is refused ----------------------------------------------------------------------------------------
+# ---- errors -------------------------------------------------------------------------------------------------
 
 
 def test_it_begins_with_given_weights(whole: Path, dataset: Dataset, tmp_path: Path) -> None:
@@ -279,7 +279,7 @@ def test_it_begins_with_given_weights(whole: Path, dataset: Dataset, tmp_path: P
 
 
 def test_means_of_weights(whole: Path, tmp_path: Path) -> None:
-    """Of what training began with and what it came to; the header is that of the latter."""
+    """Of the initial and the trained weights; the header is the latter's."""
     first, second, path = tmp_path / "first.safetensors", whole / WEIGHTS, tmp_path / "mean.safetensors"
     network, header = checkpoint.load(second)
     other = copy.deepcopy(network)
@@ -361,7 +361,7 @@ def test_muon_turns_every_direction_alike() -> None:
     generator = torch.Generator().manual_seed(0)
     left, right = (torch.linalg.qr(torch.randn(n, n, generator=generator))[0] for n in (8, 18))
     for values in (torch.logspace(-2, 0, 8), torch.ones(8)):
-        gradient = left @ torch.diag(values) @ right[:8]  # (8, 18), with those singular values
+        gradient = left @ torch.diag(values) @ right[:8]  # (8, 18), with these singular values
         turned = left.T @ orthogonal(gradient) @ right[:8].T
         assert (turned.diagonal() > 0.6).all()
         assert (turned.diagonal() < 1.25).all()
@@ -370,7 +370,7 @@ def test_muon_turns_every_direction_alike() -> None:
 
 
 def test_muon_goes_down_at_its_own_pace() -> None:
-    """Weights of which a matrix can be made by Nesterov's momentum made orthogonal, others by Adam."""
+    """Matrix-shaped weights move by orthogonalised Nesterov momentum, others by Adam."""
     network = torch.nn.Conv2d(2, 3, 3)
     make, _ = OPTIMIZERS["muon"]
     optimizer = make(network, TrainConfig(learning_rate=0.1))
@@ -406,7 +406,7 @@ def test_the_average_follows() -> None:
     for values in (average.weight, network.weight):
         torch.nn.init.constant_(values, 1.0 if values is network.weight else 0.0)
     follow(average, network, 0.999, 1)
-    assert average.weight.item() == pytest.approx(1 - 2 / 11)  # early on, the first weights are soon forgotten
+    assert average.weight.item() == pytest.approx(1 - 2 / 11)  # the initial weights are soon forgotten
     follow(average, network, 0.999, 10**6)
     assert average.weight.item() == pytest.approx(1 - 2 / 11 * 0.999)
     follow(average, network, 0.0, 10**6)

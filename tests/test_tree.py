@@ -23,7 +23,7 @@ def test_it_is_as_large_as_it_says() -> None:
     assert tree.triangles.max() == len(tree.vertices) - 1
     low, high = tree.vertices.min(axis=0), tree.vertices.max(axis=0)
     assert 2.0 < high[2] - low[2] < 2.6
-    # As wide as high, or it would be lost in the square that its bounding sphere fills.
+    # As wide as high, otherwise it would be small in the square of its bounding sphere.
     assert np.all(high[:2] - low[:2] > 0.8 * (high[2] - low[2]))
 
 
@@ -38,7 +38,7 @@ def test_every_edge_is_shared_by_two_triangles_that_turn_the_same_way() -> None:
 
 def test_the_outside_of_every_part_is_outside() -> None:
     tree = happy_tree()
-    part = np.arange(len(tree.vertices))  # the smallest vertex that a vertex hangs together with
+    part = np.arange(len(tree.vertices))  # the smallest vertex connected to a vertex
     while True:
         least = part[tree.triangles].min(axis=1)
         joined = part.copy()
@@ -48,18 +48,18 @@ def test_the_outside_of_every_part_is_outside() -> None:
         if np.array_equal(joined, part):
             break
         part = joined
-    # Volumes are taken about a point of each part, so that they don't drown in its distance from the origin.
+    # Volumes are taken about a point of each part, to avoid cancellation far from the origin.
     owner = part[tree.triangles[:, 0]]
     a, b, c = (tree.vertices[tree.triangles] - tree.vertices[owner, None]).transpose(1, 0, 2)
     six_volumes = np.bincount(owner, np.einsum("ij,ij->i", a, np.cross(b, c)))
     volumes = six_volumes[np.unique(part)] / 6
-    assert 400 < len(volumes) < 1000  # most are leaves, each large enough to be seen when completed
+    assert 400 < len(volumes) < 1000  # most are leaves, each large enough to be visible when completed
     assert volumes.min() > 0
 
 
 def test_it_is_there_at_once() -> None:
     best = min(_seconds() for _ in range(3))
-    assert best < 1.0  # 0.06 s on the machine it was made on
+    assert best < 1.0  # 0.06 s on the development machine
 
 
 def _seconds() -> float:

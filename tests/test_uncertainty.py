@@ -1,4 +1,4 @@
-"""How wrong completed pictures are expected to be."""
+"""The predicted error of completed pictures."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SIZE = (60, 83)
 
 
 def by_the_layers(gbuffer, model, weights):
-    """The prediction from its features, in numpy."""
+    """Compute the prediction from its features, in numpy."""
     features = np.empty((FEATURES, *gbuffer.size), np.float32)
     predicted = load_network(model).predict(gbuffer)
     _core.error_features(gbuffer.layout.core, gbuffer.planes, predicted[None], features)

@@ -1,4 +1,4 @@
-"""`bobrossnet view`: what its server answers, to whom, how it ends, and the page in a folder."""
+"""`bobrossnet view`: its server's responses, access checks, shutdown, and the page in a folder."""
 
 import http.client
 import json
@@ -22,9 +22,10 @@ import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
-from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, VIEWER, page_files
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, page_files
 from bobrossnet.page.server import Server, own_hosts
 from bobrossnet.picture.channels import CHANNELS, TRACED
+from bobrossnet.support.paths import VIEWER
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
@@ -38,7 +39,7 @@ def leave_signals_alone():
 
 @pytest.fixture
 def ask(viewer):
-    """(status, headers, body) of a request, sent as it is."""
+    """Send a raw request; return (status, headers, body)."""
 
     def ask(path, method="GET", **headers):
         connection = http.client.HTTPConnection("127.0.0.1", viewer.server_port, timeout=20)
@@ -86,7 +87,7 @@ def test_every_answer_has_the_headers(ask):
         for rule in ("default-src 'self'", "script-src 'self' 'wasm-unsafe-eval'", "object-src 'none'"):
             assert rule in policy.split("; ")
         assert "'unsafe-" not in policy
-        assert headers["Cross-Origin-Opener-Policy"] == "same-origin"  # these two let its workers share memory
+        assert headers["Cross-Origin-Opener-Policy"] == "same-origin"  # these two headers let its workers share memory
         assert headers["Cross-Origin-Embedder-Policy"] == "require-corp"
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Referrer-Policy"] == "no-referrer"
@@ -145,7 +146,7 @@ def test_hosts_have_no_case_and_need_no_port_where_it_is_of_http(ask, viewer, mo
 
 @pytest.fixture
 def status_of(viewer):
-    """The status of the answer to these lines; "{host}" stands for the server's own."""
+    """Return the status of the response to these lines; "{host}" is replaced by the server's host."""
 
     def status_of(*lines):
         with socket.create_connection(("127.0.0.1", viewer.server_port), timeout=20) as connection:
@@ -194,7 +195,7 @@ def test_requests_have_one_host(status_of):
 
 
 def test_many_connections_at_once_do_not_wait():
-    """The system drops those for which there is no room, and they try again after one second, two, four …"""
+    """The system drops connections without room, and they retry after one second, two, four …"""
     with Server({}) as server, ExitStack() as opened:
         start = time.monotonic()
         for _ in range(500):  # before the first is accepted
@@ -230,7 +231,7 @@ def test_a_taken_port_is_told(viewer):
 
 
 def test_export(tmp_path, capsys):
-    """All files of the page are there, and they name each other by relative paths."""
+    """All files of the page are present, and refer to each other by relative paths."""
     (tmp_path / "a part.obj").write_text(TRIANGLE)
     folder = tmp_path / "page"
     assert cli.main(["view", str(tmp_path / "a part.obj"), "--export", str(folder)]) == 0
@@ -304,7 +305,7 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
     assert "file: can't write the page there: " in said("--export", tmp_path / "file")
     assert "missing.ply: expected a file" in said("missing.ply")
     assert "fov: expected degrees in [0.1, 175]" in said("--fov", "190", "--export", tmp_path / "a")
-    assert "background: expected #rrggbb or 3 numbers, got 'red'" in said("--background", "red")
+    assert "background: expected #rrggbb, a CSS name or 3 numbers, got 'rot'" in said("--background", "rot")
     assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
     monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
     assert "viewer: expected core.wasm in the package, got none; run `make page`" in said("--no-browser")
@@ -326,7 +327,7 @@ def test_files_last_as_long_as_their_context():
 
 @contextmanager
 def viewing(folder, *arguments):
-    """The command at work, and the first line that it says."""
+    """Run the command; return the process and its first line."""
     command = [sys.executable, "-m", "bobrossnet", "view", *map(str, arguments)]
     environment = {**os.environ, "TMPDIR": str(folder)}
     with running(command, stdout=PIPE, stderr=PIPE, env=environment, cwd=folder) as process:
@@ -349,7 +350,7 @@ def test_it_shows_a_file_until_it_is_ended(tmp_path, sent):
 
 
 def test_a_closed_terminal_leaves_nothing(tmp_path):
-    """The shell and the system both send SIGHUP, and nothing more can be printed."""
+    """The shell and the system both send SIGHUP, and output is no longer possible."""
     (tmp_path / "part.obj").write_text(TRIANGLE)
     with viewing(tmp_path, "part.obj", "--no-browser") as (process, line):
         assert line
@@ -359,7 +360,7 @@ def test_a_closed_terminal_leaves_nothing(tmp_path):
         for _ in range(20):
             process.send_signal(signal.SIGHUP)
             time.sleep(0.002)
-        assert process.wait(timeout=20) in (0, 130)  # the latter if it was not yet serving
+        assert process.wait(timeout=20) in (0, 130)  # the latter if it was not serving yet
     assert [file.name for file in tmp_path.iterdir()] == ["part.obj"]
 
 
@@ -373,7 +374,7 @@ def test_nohup_is_heeded(tmp_path):
 
 
 STRANGE = b"a #1? 100%41&b=c+d<e>\"'\\\t\n\xe9.obj"
-"""Whatever a file's name can have, with a byte that is not UTF-8."""
+"""All characters allowed in a file name, with a byte that is not UTF-8."""
 
 
 def test_a_file_of_any_name_is_served_at_the_address_that_is_printed(tmp_path):

@@ -1,4 +1,4 @@
-"""The viewer's page in Chromium: what a person does there, and that its exact pictures are Python's."""
+"""The viewer's page in Chromium: user actions, and exact pictures equal to Python's."""
 
 import base64
 import itertools
@@ -23,10 +23,11 @@ import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
-from bobrossnet.page.files import VIEWER, page_files
+from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
 from bobrossnet.page.server import Server
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
+from bobrossnet.support.paths import VIEWER
 
 WIDTH, HEIGHT = 128, 96
 SIZE = f"?size={WIDTH}x{HEIGHT}"
@@ -42,7 +43,7 @@ async ({ address, name }) => {
 
 
 class Page:
-    """The page as a person has it."""
+    """The page from the user's view."""
 
     def __init__(self, browser, address, script="", **context):
         self.context = browser.new_context(**context)
@@ -56,7 +57,7 @@ class Page:
         self.visit(address)
 
     def visit(self, address):
-        self.tab.goto("about:blank")  # else another fragment would not load the page again
+        self.tab.goto("about:blank")  # otherwise a new fragment would not reload the page
         self.tab.goto(address)
         self.tab.evaluate("() => bobrossnet.started")
 
@@ -68,7 +69,7 @@ class Page:
         self.tab.wait_for_selector("#stage:not([aria-busy])")
 
     def wait_until(self, holds):
-        """Wait for what the page does in its own time: later, where the machine has other work."""
+        """Wait for asynchronous work of the page, which takes longer on a busy machine."""
         for _ in range(1000):
             if holds():
                 return
@@ -80,7 +81,7 @@ class Page:
         self.opened()
 
     def exact(self):
-        """The exact picture, (H, W, 3) uint8."""
+        """Return the exact picture, (H, W, 3) uint8."""
         self.tab.evaluate("() => bobrossnet.converged()")
         return self.pixels()
 
@@ -109,7 +110,7 @@ def shared(browser, viewer):
 
 @pytest.fixture
 def page(shared):
-    """The page as it opens: the gallery's first shape, seen from the front."""
+    """Return the page at its start: the gallery's first shape, from the front."""
     yield shared
     shared.tab.check("#refines")
     shared.tab.check("[value=completed]", force=True)
@@ -123,7 +124,7 @@ def expected(scene, camera=None):
 
 
 def assert_equal_pictures(found, expected, pixels=0.002):
-    """But for a few pixels on edges, where rays may decide otherwise in another instruction set."""
+    """Except for a few pixels on edges, where other instruction sets round differently."""
     if expected.ndim == 2:
         assert (found == found[..., :1]).all()
         expected = expected[..., None]
@@ -176,7 +177,7 @@ def test_colors_are_those_of_python(browser, viewer, tmp_path):
 
 
 def test_factors_of_gltf_are_linear_light(page, tmp_path):
-    """Base colours, and what shines by itself, which the page shows as sRGB, as Python writes it."""
+    """Base colours and emission, displayed in sRGB by the page, as written by Python."""
     factors = [((40, 90, 200, 255), 0.0, 0.6, (0, 0, 0)), ((230, 120, 30, 255), 1.0, 0.4, (0, 0, 0)),
                ((0, 0, 0, 255), 0.0, 1.0, (0.5, 0.05, 0.2)), ((100, 100, 100, 255), 0.5, 0.7, (0, 0.1, 0))]  # fmt: skip
     balls = []
@@ -197,11 +198,11 @@ def test_factors_of_gltf_are_linear_light(page, tmp_path):
     color = bob.trace(scene, size=(HEIGHT, WIDTH)).color
     wanted = color_to_8_bit(color).astype(int)
     assert (np.abs(page.exact().astype(int) - wanted).max(axis=-1) > 1).mean() < 0.002
-    assert np.abs(255 * color - wanted)[wanted.any(axis=-1)].mean() > 20  # as it is, it would be another picture
+    assert np.abs(255 * color - wanted)[wanted.any(axis=-1)].mean() > 20  # otherwise it would be a different picture
 
 
 def test_files_are_opened_together_with_their_textures(page, tmp_path):
-    """The model among them, in any order; and again as its axes are turned."""
+    """The model among them, in any order; and again after the axes are turned."""
     texels = np.zeros((8, 8, 3), np.uint8) + np.array((200, 40, 90), np.uint8)
     Image.fromarray(texels).save(tmp_path / "paint.png")
     (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd paint.png\n")
@@ -221,7 +222,7 @@ def test_files_are_opened_together_with_their_textures(page, tmp_path):
 
 
 def test_a_page_opens_with_its_lens_and_background(browser):
-    """Those of links come first."""
+    """Parameters of links take precedence."""
     with page_files(bob.happy_tree(), "tree", attributes(50, ("#ffffff", "#99bbdd"))) as files, Server(files) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -278,7 +279,7 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
 
 
 def test_movement_ends_what_is_traced_at_rest(browser, viewer):
-    """At most the picture that was being completed still comes of the view before."""
+    """At most the picture in progress still shows the previous view."""
     page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
     stale = page.tab.evaluate("""
         async () => {
@@ -302,7 +303,7 @@ def test_movement_ends_what_is_traced_at_rest(browser, viewer):
 
 
 def buffers(page):
-    """The G-buffer, (C, H, W), of the last picture that was completed."""
+    """Return the G-buffer, (C, H, W), of the last completed picture."""
     found = page.tab.evaluate("""
         async () => {
           const { height, width, planes } = await bobrossnet.buffers();
@@ -322,7 +323,7 @@ NEXT = """async (azimuth) => {
   await next;
 }"""
 
-# The G-buffers of the last of some views, in motion and as it is refined, until all of it is traced.
+# The G-buffers of the last of some views, in motion and during refinement, until all of it is traced.
 EACH = """async (azimuths) => {
   const next = () => new Promise((shown) => {
     const see = ({ detail }) => shown(detail.batch.camera.azimuth);
@@ -346,7 +347,7 @@ EACH = """async (azimuths) => {
 
 
 def first_pixels(planes, count, order):
-    """Where the first pixels of an order are, of a whole picture, (H, W)."""
+    """Return a mask of the first pixels of an order, from a whole picture, (H, W)."""
     mask = np.zeros(planes.shape[1:], np.float32)
     while (left := int(count - mask.sum())) > 0:
         rows, columns = order.next(_core.gbuffer_layout(), planes)[:left].T
@@ -356,10 +357,10 @@ def first_pixels(planes, count, order):
 
 @pytest.mark.parametrize("workers", [1, 4])
 def test_pixels_are_those_of_an_order(browser, viewer, workers):
-    """Whatever the pace and the number of workers, in motion and as a view is refined."""
+    """For any speed and number of workers, in motion and during refinement."""
     page = Page(browser, f"{viewer.url}?size=640x480&workers={workers}#scene=vase.sdf")
     page.tab.fill("#budget", "10")
-    # Carrying along what was seen takes longer than the budget, which is known after the first view that tried.
+    # Reprojection exceeds the budget, which is known after the first view that tried it.
     partial = [planes_of(found) for found in page.tab.evaluate(EACH, [39, 40, 41])]
     full = buffers(page)
     size = full.shape[1:]
@@ -399,7 +400,7 @@ window.Worker = class extends Worker {
 """
 
 
-# As on servers that let no page share memory between its workers.
+# As on servers where no page's workers share memory.
 ALONE = 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });'
 
 
@@ -449,7 +450,7 @@ async ({ address, batches, height, width, pixels, samples }) => {
 """
 
 
-# Hashes of what is shown of each batch, and of its gray, with so many workers that help; how many messages they had.
+# Hashes of each batch's picture, and of its gray, with a number of helping workers; and the messages they received.
 IN_BANDS = """
 async ({ address, batches, height, width, isColored, isTransparent, helpers }) => {
   const part = (path) => import(new URL(path, address).href), components = isColored ? 12 : 6, total = height * width;
@@ -520,11 +521,11 @@ async ({ address, batches, height, width, isColored, isTransparent, helpers }) =
 
 @pytest.mark.parametrize(("is_colored", "is_transparent"), [(False, False), (True, False), (True, True)])
 def test_bands_of_several_workers_are_the_picture_of_one(page, viewer, is_colored, is_transparent):
-    """To the bit: in views that are refined, that others are expected in, and that are whole; of every size."""
+    """To the bit: for views refined, with reprojection, and whole; for every size."""
     for height, width in ((1, 1), (2, 3), (60, 80), (213, 97)):
         total = height * width
         few, more, most = total // 40, total // 25, total // 3
-        # The first five of each network are completed by one worker, as long as a GPU may come.
+        # One worker completes the first five pictures of each network, while a GPU may still become ready.
         batches = [{"view": -i, "from": 0, "to": max(1, most if i > 5 else few)} for i in range(10, 0, -1)] + [
             {"view": 1, "from": 0, "to": max(1, few)},
             {"view": 1, "from": max(1, few), "to": max(1, more)},
@@ -543,7 +544,7 @@ def test_bands_of_several_workers_are_the_picture_of_one(page, viewer, is_colore
         for helpers in (1, 2):
             together, asked = page.tab.evaluate(IN_BANDS, settings | {"helpers": helpers})
             assert together == alone
-            if total > 50:  # of views 1, 3 and 5; the filling has not come to the first that helps
+            if total > 50:  # of views 1, 3 and 5; the filling has not reached the first helper
                 assert asked == {"samples": 10 * helpers, "complete": 5 * helpers, "nothing": helpers + 1}
 
 
@@ -561,14 +562,14 @@ def test_two_workers_complete_pictures_where_there_are_four_cores(browser, viewe
 
 
 def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
-    """Or by the default if that is missing."""
+    """Or by the default if it is missing."""
     size, few = (60, 80), 96  # 2 % of the pixels
     full = bob.trace(bob.happy_tree(), size=size)
     pixels = bob.pixel_order(size, count=480)
     samples = np.zeros((480, 6), np.float32)
     samples[:, :5] = full.stack()[:, pixels[:, 0], pixels[:, 1]].T
-    samples[:, 0] = samples[:, 2] > 0  # what was hit
-    expected = full.stack() * (np.arange(80) < 40)  # the left half, a little darker
+    samples[:, 0] = samples[:, 2] > 0  # hits
+    expected = full.stack() * (np.arange(80) < 40)  # the left half, slightly darker
     expected[1] *= 0.9
     batches = [
         {"count": few, "model": "default"},
@@ -591,7 +592,7 @@ def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
         known[:, at[0], at[1]] = full.stack()[:, at[0], at[1]]
         part = bob.GBuffer(mask=known[0], gray=known[1], depth=known[2], normal=np.moveaxis(known[3:], 0, -1))
         ours, other = (bob.complete(part, model=model) for model in (name, {"default": "filling"}.get(name, "default")))
-        # The page clamps before it interpolates, where Python does after.
+        # The page clamps before interpolation, Python after it.
         assert np.abs(np.reshape(image, ours.shape) - ours).mean() < 1e-4 < np.abs(ours - other).mean(), name
 
 
@@ -645,7 +646,7 @@ def test_what_the_page_carries_along_is_shaded_anew_and_its_pixels_are_exact(pag
 
 @pytest.mark.parametrize("role", ["leads", "helps"])
 def test_others_go_on_where_a_worker_ends(browser, viewer, role):
-    # A scene that takes long enough for all workers to join.
+    # A scene slow enough for all workers to join.
     page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=vase.sdf", WORKERS + ALONE)
     page.wait_until(lambda: page.tab.evaluate("() => workers.filter((worker) => worker.helps).length") > 1)
     page.tab.evaluate(
@@ -669,7 +670,7 @@ def test_workers_share_a_scene_where_they_may_share_memory(browser, viewer, scri
     page.exact()
     page.tab.evaluate(ORBIT)
     files = page.tab.evaluate("() => workers.map(({ file }) => file.split('/').at(-1))")
-    # The next scene's may have been started, too.
+    # The next scene's workers may have been started, too.
     assert files.count("tracer.js") in (tracers, tracers + 1)
     assert files.count("thread.js") in (lenders, 2 * lenders)
     gear = bob.trace(bob.load(viewer.files["gallery/gear.sdf"]), page.camera(), size=(201, 300))
@@ -696,7 +697,7 @@ def test_a_page_says_so_where_a_lent_thread_ends(browser, viewer):
     page.close()
 
 
-# A worker that traces every pixel of a scene, built anew each time, with so many threads.
+# A worker that traces every pixel of a scene, rebuilt each time, with a given number of threads.
 TRACES = b"""
 import { compileCore } from "./core/compile.js";
 import { Core, sharedMemoryFor } from "./core/core.js";
@@ -780,7 +781,7 @@ def test_mouse_orbits(page):
     before = page.camera()
     drag(page, 60, 30)
     after = page.camera()
-    assert (after.azimuth - before.azimuth) % 360 > 180  # it follows the hand
+    assert (after.azimuth - before.azimuth) % 360 > 180  # it follows the pointer
     assert after.elevation > before.elevation
     assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf"), after))
 
@@ -809,7 +810,7 @@ def test_perspective_is_switched(page):
     assert turned.pan[0] < 0 < turned.pan[1]
     assert_equal_pictures(page.exact(), expected(scene, turned))
     page.tab.focus("#picture")
-    page.tab.keyboard.press("Home")  # which leaves the lens
+    page.tab.keyboard.press("Home")  # it keeps the lens
     assert page.camera() == bob.Camera(fov=35)
     page.tab.keyboard.press("p")
     assert page.camera() == bob.Camera()
@@ -819,7 +820,7 @@ def test_perspective_is_switched(page):
 
 @pytest.mark.parametrize("fov", [35, 90])
 def test_zooming_in_perspective_keeps_what_is_under_the_pointer(page, fov):
-    """Of what lies as far away as the scene's centre."""
+    """For points at the distance of the scene's centre."""
     page.choose("csg.sdf")
     page.tab.evaluate("(fov) => bobrossnet.look({ fov })", fov)
     box = page.tab.locator("#picture canvas").bounding_box()
@@ -863,7 +864,7 @@ def test_wheel_zooms_about_the_pointer(page):
     page.tab.mouse.wheel(0, -400)
     page.wait_until(lambda: page.tab.evaluate("() => bobrossnet.camera().zoom") > 1.5)
     camera = page.tab.evaluate("() => bobrossnet.camera()")
-    # What lies under the pointer, in radii: pan + offset from the centre.
+    # The point under the pointer, in radii: pan + offset from the centre.
     shorter = min(WIDTH, HEIGHT)
     for pan, offset in (("panX", 0.25 * WIDTH), ("panY", 0.25 * HEIGHT)):
         assert camera[pan] + offset * 2 / (shorter * camera["zoom"]) == pytest.approx(offset * 2 / shorter, abs=0.01)
@@ -894,7 +895,7 @@ def is_untraced(pixels):
 
 
 def test_split_picture_has_traced_pixels_left_of_its_divider(page):
-    page.choose("gear.sdf")  # whose rays are slow: no machine traces all of them in one frame
+    page.choose("gear.sdf")  # its rays are slow: no machine traces all of them in one frame
     page.tab.uncheck("#refines")
     page.tab.fill("#budget", "10")
     page.tab.check("[value=split]", force=True)
@@ -955,7 +956,7 @@ def test_dense_pictures_are_completed_by_the_filling(page):
     page.tab.fill("#budget", "100")  # time for many of 96x128 pixels
     azimuths = itertools.count(40)
 
-    def is_filled():  # once that network has come
+    def is_filled():  # once that network has been loaded
         page.tab.evaluate("(azimuth) => bobrossnet.look({ azimuth })", next(azimuths))
         return page.tab.evaluate("() => bobrossnet.statistics.model") == "filling"
 
@@ -1021,7 +1022,7 @@ def test_chosen_file_is_shown(page, name):
 
 
 def test_a_shape_beyond_its_budget_is_shown_with_a_warning(page, tmp_path):
-    """Python's warning. That of a formula would take a page a minute on a busy machine."""
+    """Python's warning. A formula's would take a page a minute on a busy machine."""
     rng, count, degree = np.random.default_rng(0), 20, 9
     u, v = np.meshgrid(*2 * [np.linspace(0, 1, count)], indexing="ij")
     knots = np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)])
@@ -1054,7 +1055,7 @@ def test_broken_file_leaves_the_scene(page, viewer, name, content):
 
 @pytest.fixture
 def script(page):
-    """The page with the script of a ball and its editor open."""
+    """Return the page with a ball's script and its editor open."""
     page.choose("csg.sdf")
     if page.tab.get_attribute("#script", "open") is None:
         page.tab.click("#script summary")
@@ -1071,7 +1072,7 @@ def test_edited_script_is_shown(script):
 
 
 def test_a_scene_that_comes_late_does_not_replace_a_newer_one(page):
-    """As where a script is edited while the other workers are still being given the file."""
+    """As if a script is edited while other workers still receive the file."""
     editions = page.tab.evaluate("""
         async () => {
           const at = (path) => new URL(path, location.href);
@@ -1137,7 +1138,7 @@ def test_script_can_be_written_from_nothing(page):
     assert page.text("#gallery option:checked") == "Script"
 
 
-# ---- What is taken along ---------------------------------------------------------------------------------
+# ---- Links -----------------------------------------------------------------------------------------------
 
 
 def test_link_restores_gallery_and_camera(page, browser):
@@ -1163,7 +1164,7 @@ def test_link_restores_script(script, browser):
 
 
 def script_link(packed):
-    """A fragment whose script is these bytes."""
+    """Return a fragment with these bytes as its script."""
     return "#script=" + base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
 
@@ -1199,7 +1200,7 @@ def test_a_damaged_link_is_told(shared, viewer, address, message):
 
 
 def test_a_link_is_unpacked_as_far_as_scripts_go(shared, viewer):
-    """A deflate stream of zeros is a thousandth of its content: of this one 900 MB."""
+    """A deflate stream of zeros is a thousandth of its content: here of 900 MB."""
     zeros = deflated(bytes(2**20))
     for data, said in ((bytes(2**20 + 1), "got a larger one"), (bytes(900 * 2**20), "got a larger one")):
         shared.visit(viewer.url + script_link(deflated(data)))
@@ -1285,7 +1286,7 @@ async (address) => {
 
 
 def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
-    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace the first picture, and one completes it."""
+    """In 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace the first picture, and one completes it."""
     batches = page.tab.evaluate(SCHEDULED, viewer.url)
     parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
     assert parts == [2, 1, 1, 1, 1, 1, 1]

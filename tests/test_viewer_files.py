@@ -1,4 +1,4 @@
-"""Scenes and files in the viewer's page: the same pictures as Python's, and errors in one line."""
+"""Scenes and files in the viewer's page: the same pictures as Python's, and one-line errors."""
 
 import base64
 import hashlib
@@ -17,13 +17,14 @@ from textures import OTHERS, shared_scene
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
-from bobrossnet.page.files import READ_IN_PAGE, VIEWER
+from bobrossnet.page.files import READ_IN_PAGE
 from bobrossnet.picture.channels import COLORED
+from bobrossnet.support.paths import VIEWER
 
 SIZE = (48, 64)
 CAMERA = bob.Camera()
 
-# A worker of its own, where there is no document, as in the page.
+# A separate worker without a document, as in the page.
 WORKER = b"""
 import { loadCore } from "/core/load.js";
 import { Beside } from "/files/beside.js";
@@ -74,7 +75,7 @@ def page(browser, viewer):
 
 @pytest.fixture
 def read(page, viewer):
-    """What the page makes of a file: `planes`, `color` or None, `names`, `warnings`; or `error`, `kind` and `line`."""
+    """Return the page's result for a file: `planes`, `color`, `names`, `warnings`; or `error`, `kind`, `line`."""
 
     def read(file, content=None, camera=CAMERA, beside=()):
         viewer.files["tested/file"] = Path(file) if content is None else content
@@ -93,7 +94,7 @@ def read(page, viewer):
 
 
 def assert_equal_pictures(found, scene, camera=CAMERA, pixels=0):
-    """All but a few pixels are within a rounding of Python's, in another instruction set and order of sums."""
+    """All except a few pixels are within rounding of Python's, in another instruction set and order of sums."""
     assert "error" not in found, found["error"]
     expected = bob.trace(scene, camera, size=SIZE)
     assert expected.depth.any()  # something is seen
@@ -106,7 +107,7 @@ def assert_equal_pictures(found, scene, camera=CAMERA, pixels=0):
 
 @pytest.fixture
 def same(read, tmp_path):
-    """Asserts that the page's picture of a file of this content is Python's."""
+    """Return a check that the page's picture of a file with this content is Python's."""
 
     def same(name, content, **options):
         file = tmp_path / name
@@ -138,9 +139,7 @@ def test_gallery_is_what_its_script_writes(tmp_path, monkeypatch):
     for file in tmp_path.glob("*.bob"):
         made, shipped = bob.load(file).instances, bob.load(FOLDER / file.name).instances
         for one, other in zip(made, shipped, strict=True):
-            np.testing.assert_allclose(
-                one.transform, other.transform, atol=1e-12
-            )  # sines differ from machine to machine
+            np.testing.assert_allclose(one.transform, other.transform, atol=1e-12)  # sines differ between machines
             for name, tensor in one.shape.tensors().items():
                 np.testing.assert_allclose(tensor, other.shape.tensors()[name], atol=1e-12)
     assert (tmp_path / "index.json").read_bytes() == (FOLDER / "index.json").read_bytes()
@@ -204,7 +203,7 @@ def test_formulas_and_faces_have_their_colors(read, same, tmp_path):
 
 
 def test_where_surfaces_coincide_the_same_one_is_seen(read, tmp_path):
-    """Whichever stands first in the file."""
+    """In any order of the file."""
     colors = [bob.Material((level, level, level)) for level in (0.1, 0.5, 0.9)]
     instances = [bob.Instance(BOX, material=color) for color in colors]
     pictures = []
@@ -217,7 +216,7 @@ def test_where_surfaces_coincide_the_same_one_is_seen(read, tmp_path):
 
 @pytest.mark.parametrize("has_own", [True, False], ids=["browser", "core"])
 def test_checksums(page, has_own):
-    """Of one part or several; the core's where the page is not one that browsers hash for."""
+    """In one part or several; the core's checksum if browsers do not hash for the page."""
     for size in (0, 3, 55, 56, 64, 119, 120, 1000, 2**20 + 1):
         data = bytes(7 * i % 256 for i in range(size))
         digest = """async ([size, hasOwn]) => {
@@ -278,7 +277,7 @@ FAR = np.array(POINTS.split(), float).reshape(-1, 3) + (4.5e5, 5.2e6, 0)
 
 
 def ply(form, vertex, corner, faces=SIDES):
-    """A box with polygons; `vertex` and `corner` are struct's letters."""
+    """Return a box with polygons; `vertex` and `corner` are struct's letters."""
     names = {"f": "float", "d": "double", "i": "int", "H": "ushort"}
     head = f"""ply
 format {form} 1.0
@@ -305,7 +304,7 @@ def test_ply(same):
     same("little.ply", ply("binary_little_endian", "f", "i"))
     same("big.ply", ply("binary_big_endian", "d", "H"))
     same("mixed.ply", ply("binary_little_endian", "f", "i", [SIDES[0], (4, 5, 6), (), (0, 1, 2, 3, 4, 5), SIDES[1]]))
-    corners = [(0, 2, 1), (0, 3, 2)]  # triangles are read by rows of their own, as far as they go
+    corners = [(0, 2, 1), (0, 3, 2)]  # triangles have a fast path for leading rows
     for form in ("little", "big"):
         same("triangles.ply", ply(f"binary_{form}_endian", "f", "i", [*corners, (4, 5, 6), (4, 6, 7)]))
         same("first.ply", ply(f"binary_{form}_endian", "f", "i", [*corners, *SIDES[1:], corners[0]]))
@@ -402,7 +401,7 @@ def box_glb(nodes, **more):
 
 
 def test_glb(same, page):
-    """Nodes within nodes, one of them mirrored, y up; nobody asks for the picture."""
+    """Nested nodes, one of them mirrored, y up; the unused picture is not decoded."""
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     turned = {"rotation": [0.5, 0.5, 0.5, 0.5], "children": [1, 2]}
@@ -454,7 +453,7 @@ def test_colors_of_points_and_faces(same):
 
 
 def textured_glb(channels=3, **changes):
-    """A box of three materials, one of them with a texture, and colours of vertices."""
+    """Return a box of three materials, one of them with a texture, and vertex colours."""
     texels = np.random.default_rng(0).integers(0, 256, (5, 7, channels), np.uint8)
     picture = io.BytesIO()
     Image.fromarray(texels).save(picture, "PNG")
@@ -520,7 +519,7 @@ def test_materials_and_textures_of_glb(same):
     same("missing.glb", textured_glb(materials=[{}]))
     clamped = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}
     found = same("alike.glb", textured_glb(materials=[clamped] * 2))
-    assert len(found["names"]) == 2  # those of the two materials, and of none
+    assert len(found["names"]) == 2  # names of the two materials, and of faces without one
     moved = {"offset": [0.3, -0.2], "rotation": 0.7, "scale": [1.5, 0.6], "texCoord": 1}
     laid = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
     same("moved.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorTexture": laid}}] * 2))
@@ -528,7 +527,7 @@ def test_materials_and_textures_of_glb(same):
 
 
 def png_head(width, height):
-    """A PNG that promises many texels and has none."""
+    """Return a PNG that declares many texels and contains no pixel data."""
     head = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in (head, b"IDATno")
@@ -536,7 +535,7 @@ def png_head(width, height):
 
 
 def of_pictures(pictures, **more):
-    """A box for each of the pictures, by their contents, with a material of its own."""
+    """Return a box for each of the pictures, by content, each with a separate material."""
     uris = [{"uri": "data:image/png;base64," + base64.b64encode(picture).decode()} for picture in pictures]
     primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(len(pictures))]
     laid = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}, **more} for i in range(len(pictures))]
@@ -545,7 +544,7 @@ def of_pictures(pictures, **more):
 
 
 def warnings_of(read, file, content, beside=()):
-    """What both hosts say of a file, which is the same."""
+    """Return the warnings about a file, which are equal in both hosts."""
     file.write_bytes(content)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -556,7 +555,7 @@ def warnings_of(read, file, content, beside=()):
 
 
 def test_pictures_are_refused_before_they_are_decoded(read, tmp_path):
-    """By the sizes in their heads, in the same words as in Python. Each of the first takes its share of the budget."""
+    """By the sizes in their headers, with Python's words. Each of the first uses up its share of the budget."""
     pictures = [png_head(30_000, 30_000), *(png_head(8192, 8191 - i) for i in range(3))]
     unreadable, most = "expected a picture in PNG, JPEG or WebP, got none that can be read", "134,217,728 texels in all"
     assert warnings_of(read, tmp_path / "a.glb", of_pictures(pictures)) == [
@@ -568,14 +567,14 @@ def test_pictures_are_refused_before_they_are_decoded(read, tmp_path):
 
 
 def test_equal_pictures_are_decoded_once(read):
-    """Of 8 x 4,096 x 4,096 texels, which are all that a file may have, nine would be too many."""
+    """With 8 x 4,096 x 4,096 texels, the maximum of a file, nine would be too many."""
     file = io.BytesIO()
     Image.fromarray(np.zeros((4096, 4096), np.uint8)).save(file, "PNG")
     assert read("a.glb", of_pictures([file.getvalue()] * 9))["warnings"] == []
 
 
 def test_masks_count_in_the_budget(read, tmp_path):
-    """What a mask and a colour become is a picture of its own."""
+    """A mask and a colour combine to a separate picture."""
     Image.new("L", (1024, 1024)).save(tmp_path / "mask.png")
     for i, height in enumerate((8191, 8063)):  # which leaves 16,384 texels
         (tmp_path / f"{i}.png").write_bytes(png_head(8192, height))
@@ -604,7 +603,7 @@ def test_sizes_of_pictures_are_in_their_heads(form, page):
     image.save(file, name, **dict.fromkeys(kinds, True), **more)
     data = file.getvalue()
     assert page.evaluate(SIZE_OF, [list(data), [len(data)]]) == [{"width": 301, "height": 37}]
-    assert page.evaluate(SIZE_OF, [list(data), [0, 1, 2, 3, 5, 8]]) == [None] * 6  # cut short
+    assert page.evaluate(SIZE_OF, [list(data), [0, 1, 2, 3, 5, 8]]) == [None] * 6  # truncated
 
 
 def test_materials_share_a_picture(read):
@@ -638,7 +637,7 @@ def test_a_picture_with_and_without_its_alpha(same):
 
 
 def test_cut_outs_of_glb(same):
-    """By the alpha of the texture, of vertices and of the factor; with the colours next to it."""
+    """By the alpha of the texture, of vertices and of the factor; with colours of vertices as well."""
     laid, solid = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, {}
     seen = {}
     for mode in ("MASK", "BLEND", "OPAQUE"):
@@ -737,7 +736,7 @@ def test_scene_files_have_a_budget_of_texels(read, tmp_path):
     ],
 )
 def test_wrong_alphas_of_scene_files_are_refused(changes, message, read, tmp_path):
-    """In Python and in the page alike."""
+    """In Python and in the page."""
     made = bob.Mesh(
         np.eye(3), [(0, 1, 2)], colors=np.full((3, 4), 0.5), uv=np.zeros((3, 2)), texture=np.zeros((4, 6, 4), np.uint8)
     )
@@ -752,7 +751,7 @@ def test_wrong_alphas_of_scene_files_are_refused(changes, message, read, tmp_pat
         assert "\n" not in told
 
 
-# ---- Files beside others ---------------------------------------------------------------------------------
+# ---- Files with companions -------------------------------------------------------------------------------
 
 SQUARE = "".join(f"v {x} {y} {x * y / 2}\nvt {x / 2} {y / 3}\n" for x, y in ((0, 0), (2, 0), (2, 3), (0, 3), (3, 3)))
 LIBRARY = """
@@ -813,7 +812,7 @@ def test_obj_with_materials_and_textures(read, texture, tmp_path, normals):
 
 
 def test_obj_with_masks(read, tmp_path):
-    """Of map_d and of the colours' own alpha."""
+    """From map_d and from the colours' alpha."""
     random = np.random.default_rng(0)
     pictures = {"leaf.png": (5, 7, 4), "mask.png": (9, 4), "solid.png": (5, 7, 3)}
     for name, shape in pictures.items():
@@ -832,7 +831,7 @@ def test_obj_with_masks(read, tmp_path):
 
 
 def test_gltf_with_its_files(read, texture, tmp_path):
-    """The same as what is packed into one."""
+    """Equal to the packed file."""
     glb = textured_glb()
     length = struct.unpack("<I", glb[12:16])[0]
     tree, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
@@ -870,7 +869,7 @@ def test_gltf_with_its_files(read, texture, tmp_path):
 def test_real_files_with_what_is_beside_them(name, read):
     file = MODELS / "loader_originals" / name
     beside = [other for other in file.parent.iterdir() if other != file]
-    # JPEG leaves it to its decoders how they round.
+    # JPEG decoders may round differently.
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         scene = bob.load(file)
@@ -921,7 +920,7 @@ def test_nurbs(same):
     ]
 
 
-# ---- What is broken --------------------------------------------------------------------------------------
+# ---- Errors ----------------------------------------------------------------------------------------------
 
 HEADER = (
     b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -991,12 +990,12 @@ def without_types():
 
 
 def without_numbers(number, **fields):
-    """A file of a NURBS surface in which -7 is something that is not a number."""
+    """Return a file of a NURBS surface with `number` in place of -7."""
     return geomdl(surface(**fields)).replace("-7", number).encode()
 
 
 def damaged(at, content):
-    """A GLB with some bytes replaced."""
+    """Return a GLB with some bytes replaced."""
     whole = box_glb([{"mesh": 1}])
     at += len(whole) if at < 0 else 0
     return whole[:at] + content + whole[at + len(content) :]
@@ -1013,7 +1012,7 @@ def with_normals(accessor):
 
 
 KNOTS = [-7, 0, 0, 0, 1, 1, 1, 1]
-BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
+BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its header on
 
 
 @pytest.mark.parametrize(
@@ -1106,7 +1105,7 @@ def test_numbers_of_texts_are_those_of_python(read, tmp_path):
 
 
 def test_damaged_scenes_are_refused(read, viewer):
-    """Whichever byte of a scene is another."""
+    """For any changed byte of a scene."""
     whole = (VIEWER / "gallery/tanglecube.bob").read_bytes()
     for at in (0, 40, 120, len(whole) // 2, len(whole) - 1):
         damaged = bytearray(whole)
@@ -1202,11 +1201,11 @@ REAL = [
 @needs_models
 @pytest.mark.parametrize("name", REAL)
 def test_real_files(name, read, tmp_path):
-    """Without the files beside them, which a page does not have."""
+    """Without their companion files, which a page lacks."""
     file = tmp_path / Path(name).name
     file.write_bytes((MODELS / name).read_bytes())
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of trims that a file lacks
+        warnings.simplefilter("ignore")  # of trims missing in a file
         scene = bob.load(file)
     assert_equal_pictures(read(file), scene, pixels=5)
 

@@ -1,8 +1,8 @@
 """The WebAssembly modules: the same pictures as the core in Python, in both instruction sets, and errors in one line.
 
-In simd128, what is computed with + - x / and square roots alone has the same bits as in the core's baseline: pixel
-orders, networks, masks, depths, normals. Another library's powers shade highlights, and its arc cosines weigh the faces
-around a mesh's vertices. In relaxed SIMD, products and sums may be fused.
+In simd128, results of + - x / and square roots alone have the same bits as the core's baseline: pixel orders, networks,
+masks, depths, normals. A different library's powers shade highlights, and its arc cosines weight the faces around a
+mesh's vertices. In relaxed SIMD, products and sums may be fused.
 """
 
 import gzip
@@ -48,7 +48,7 @@ def core(request):
 
 @pytest.fixture
 def baseline():
-    """Python's core in the instruction set that has the same vectors as WebAssembly."""
+    """Use Python's core in the instruction set with the same vectors as WebAssembly."""
     best = _core.isa()
     _core.set_isa("baseline")
     yield
@@ -75,14 +75,14 @@ def noise(size, density=0.1):
 
 @pytest.mark.parametrize("set_", SETS)
 def test_modules_import_nothing(set_):
-    """So that a page needs nothing beside them."""
+    """So that a page needs no further file."""
     for name in ("core", "complete"):
         assert not WasmCore(name + set_).module.imports
 
 
 @pytest.mark.parametrize("set_", SETS)
 def test_networks_need_little(set_):
-    """Below 300 KB with the report's weights; the whole core, as a server sends it, below 545."""
+    """Below 300 KB with the report's weights; the whole core, as sent by a server, below 545."""
     weights = (WEIGHTS / "paper.safetensors").stat().st_size
     assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
     assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 545_000
@@ -184,7 +184,7 @@ def mesh():
 
 
 def with_holes():
-    """Of a texture and of vertices."""
+    """Holes of a texture and of vertices."""
     random, points = np.random.default_rng(2), np.random.default_rng(0).normal(size=(60, 3))
     return bob.Mesh(
         points,
@@ -323,8 +323,11 @@ def test_languages_are_those_of_python(core):
 
 
 def test_scripts_have_the_same_nodes_as_in_python(core):
-    """Though another compiler made them. Only libraries' sines and cosines differ in their last bits: because of them,
-    constants of gear.sdf are equal in the one and not in the other."""
+    """Though compiled by another compiler.
+
+    Only the last bits of sines and cosines differ between libraries: because of them, constants of gear.sdf are equal
+    in one and different in the other.
+    """
     examples = [(EXAMPLES / name).read_text() for name in ("tower.sdf", "vase.sdf")]
     assert all(re.search(rf"\b{word.name}\(|ease\.{word.name}\b", "\n".join(SCRIPTS)) for word in WORDS)
     for text in [*SCRIPTS, *examples]:

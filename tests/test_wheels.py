@@ -29,7 +29,7 @@ def test_tags_name_the_targets_that_zig_compiles_for(platform):
     processor = re.search(r"(x86_64|aarch64|amd64|arm64)$", platform.tag)[1]
     assert platform.target.split("-")[0] == {"amd64": "x86_64", "arm64": "aarch64"}.get(processor, processor)
     oldest = re.match(r"[a-z]+_(\d+)_(\d+)_", platform.tag)
-    if oldest and not platform.musl:  # which zig has in one version
+    if oldest and not platform.musl:  # zig has one version of it
         assert platform.target.endswith(f"{oldest[1]}.{oldest[2]}")
 
 

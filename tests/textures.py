@@ -1,4 +1,4 @@
-"""Meshes with textures, and scene files in which they share them."""
+"""Meshes with textures, and scene files that share them."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def texels(height=64, width=64, channels=3):
 
 
 def shared_scene(number, dtype=np.int32, **changes):
-    """A file of two meshes, of which the second has the texture of shape `number`."""
+    """Return a file of two meshes; the second uses the texture of shape `number`."""
     first, second = mesh(texels(4, 6)), mesh(texels(4, 6), 1)
     tensors = {f"0.{name}": tensor for name, tensor in first.tensors().items()}
     own = second.tensors_apart() | {"texture_of": np.array([number], dtype)} | changes
@@ -34,4 +34,4 @@ OTHERS = [
     {"texture_alpha": np.zeros(24, np.uint8), "alpha_cutoff": np.zeros(1)},
     {"alpha_cutoff": np.zeros(1)},
 ]
-"""Tensors of the second mesh that do not go with a texture of the first."""
+"""Tensors of the second mesh that conflict with a texture of the first."""

@@ -1,4 +1,4 @@
-"""The core as a WebAssembly module, run by wasmtime: what viewer/core/core.js is in a page, with numpy's arrays."""
+"""The core as a WebAssembly module, run by wasmtime: viewer/core/core.js for numpy arrays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import wasmtime
 
 from bobrossnet import _core
 from bobrossnet.completion.weights import DEFAULTS
-from bobrossnet.page.files import VIEWER
+from bobrossnet.support.paths import VIEWER
 
 FOLDER = VIEWER
 
@@ -20,7 +20,7 @@ WRAPS = ("repeat", "clamp", "mirror")
 
 
 class CoreError(ValueError):
-    """What the module says is wrong."""
+    """An error from the module."""
 
 
 @cache
@@ -49,8 +49,11 @@ class WasmCore:
         self._memory = self._exports["memory"]
 
     def call(self, name, *arguments):
-        """Calls a function. Arrays and texts are copied to the module's memory, texts with their size behind them;
-        arrays that can be written to are copied back."""
+        """Call a function.
+
+        Arrays and texts are copied to the module's memory, texts followed by their size; writable arrays are copied
+        back.
+        """
         given, arrays, lent = [], [], []
         for argument in arguments:
             if isinstance(argument, str | bytes):
@@ -77,7 +80,7 @@ class WasmCore:
         return result
 
     def made(self, name, *arguments):
-        """The same of a function that returns 0 where it fails: raises CoreError."""
+        """Call a function that returns 0 on failure; raise CoreError then."""
         result = self.call(name, *arguments)
         if not result:
             address = self._exports["error"](self._store)
@@ -127,11 +130,11 @@ class WasmCore:
     # ---- Scenes ------------------------------------------------------------------------------------------
 
     def adaptive_order(self, seed, planes):
-        """All pixels in this order, round by round."""
+        """Return all pixels in this order, round by round."""
         return self._rounds(self.made("make_adaptive_order", *halves(seed), *planes.shape[1:]), planes)
 
     def squares_order(self, planes):
-        """All pixels in this order, round by round."""
+        """Return all pixels in this order, round by round."""
         return self._rounds(self.made("make_squares_order", *planes.shape[1:]), planes)
 
     def _rounds(self, order, planes):
@@ -146,8 +149,11 @@ class WasmCore:
         self.call("free_round_order", order)
 
     def expected(self, scene, before, seen, camera, count):
-        """What a history of gray planes (C, H, W) of a scene, seen with a camera, expects of another: planes, how far
-        off centre, at how many pixels a surface; and the first pixels to trace there."""
+        """Reproject a history of gray planes (C, H, W) of a scene to another camera.
+
+        Returns the planes, the offsets from the centre, and the number of pixels on a surface; and the first pixels to
+        trace there.
+        """
         size = seen.shape[1:]
         history = self.made("make_history", 0, *size)
         self.made("add_to_history", history, placed(before), seen)
@@ -171,14 +177,14 @@ class WasmCore:
         return made
 
     def meshes(self, formula):
-        """Those of an expression or a colour formula, to be freed."""
+        """Return the meshes of an expression or a colour formula, to be freed."""
         if not formula.mesh_arrays:
             return 0
         sizes, vertices, triangles = formula.mesh_arrays
         return self.made("make_meshes", sizes, len(sizes), vertices, len(vertices), triangles, len(triangles))
 
     def nodes(self, language, text):
-        """The ops, operands and values of what a script or a .vm file makes."""
+        """Return the ops, operands and values of a script or a .vm file."""
         expression = self.made(language, text)
         nodes = nodes_of(self.call("expression_size", expression))
         self.call("read_expression", expression, *nodes)
@@ -186,7 +192,7 @@ class WasmCore:
         return nodes
 
     def color_nodes(self, text):
-        """The same, and the roots, of a script's colour; None where it has none."""
+        """Return these for a script's colour, and its roots; None for a script without colour."""
         expression = self.made("run_script", text)
         count, nodes = self.call("color_size", expression), None
         if count:
@@ -198,7 +204,7 @@ class WasmCore:
     def mesh(
         self, vertices, triangles, normals, colors=None, face_colors=None, uv=None, texture=None, alphas=None, cutoff=0
     ):
-        """As `_core.Mesh` is made, but for the texture: a picture in the module, and how it wraps."""
+        """Make a mesh like `_core.Mesh`, but for the texture: a picture in the module, and its wrap modes."""
         picture, *wrap = texture or (0, "repeat", "repeat")
         arrays = normals, colors, face_colors, uv, alphas
         *given, of_vertices = [0 if array is None else array for array in arrays]
@@ -206,7 +212,7 @@ class WasmCore:
         return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *look)
 
     def texture(self, made, texture):
-        """What `mesh` takes for one of the core's."""
+        """Return the `mesh` argument for one of the core's textures."""
         picture, *wrap = made[id(texture)][1]
         texels, alpha = made[id(picture)][1]
         return self.made("make_picture", texels, *texels.shape[:2], 0 if alpha is None else alpha), *wrap
@@ -249,7 +255,7 @@ class WasmCore:
         return self.made("make_tube", control_points, count, knots, len(knots) - count - 1)
 
     def scene(self, made, arrangement):
-        """The scene that Python's core was given, by what `recorded` returns."""
+        """Rebuild the scene given to Python's core, from the result of `recorded`."""
         shapes, transforms, materials = made[id(arrangement)][1]
         numbers = np.array(
             [
@@ -268,7 +274,7 @@ class WasmCore:
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
 
     def trace(self, scene, camera, size, pixels):
-        """Planes of mask, gray, depth, normal, and color where the scene has any."""
+        """Return planes of mask, gray, depth, normal, and color if the scene has colours."""
         colored = int(self.call("scene_is_colored", scene))
         planes = np.zeros((8 if colored else 5, *size), np.float32)
         samples = np.full((len(pixels), 12 if colored else 6), np.nan, np.float32)
@@ -284,18 +290,18 @@ def nodes_of(count):
 
 
 def placed(camera):
-    """A camera that orbits, as the module takes it."""
+    """Return an orbiting camera, as the module's arguments."""
     angles = camera.azimuth, camera.elevation, camera.roll
     return np.array([*angles, camera.zoom, *camera.pan, camera.fov], np.float32)
 
 
 def halves(seed):
-    """A seed as the module takes it: low and high, as wasmtime has numbers."""
+    """Return a seed as the module's arguments: its low and high halves, as wasmtime's numbers."""
     return np.array([seed & 0xFFFFFFFF, seed >> 32], np.uint32).view(np.int32).tolist()
 
 
 def recorded(monkeypatch):
-    """From now on, what the core's shapes and scenes are made of: by `id`, the class's name and the arguments."""
+    """Record the construction of the core's shapes and scenes from now on: by `id`, class name and arguments."""
     made = {}
 
     def recorder(name, original):

@@ -1,4 +1,4 @@
-"""Scripts that call every word of the modelling language, for comparing what different builds make of them."""
+"""Scripts that call every word of the modelling language, for comparing builds."""
 
 import re
 
@@ -84,7 +84,7 @@ SHAPES = re.compile(r"\b(sphere|box|torus|cylinder|octahedron|circle|rectangle|h
 
 
 def colored(text):
-    """The script with a colour for each of its shapes of a few words."""
+    """Return the script with a colour for each of its shapes of several words."""
     colors = iter(["'#c33'", "(0, 0.25, 1)", "'#fd3'"] * 100)
     return SHAPES.sub(lambda match: f"{match[0]}.color({next(colors)})", text)
 

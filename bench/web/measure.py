@@ -1,7 +1,7 @@
 """Milliseconds to complete a picture in a page: the core in one worker without threads, other runtimes, and the GPU.
 
-The same weights and the same input in the same page and run, one contender after the other; every result is compared
-with the core's in Python. Needs the wheel playwright, Debian's chromium, and npm, which fetches the other runtimes to
+The same weights and input in the same page and run, one contender after the other; every result is compared with the
+core's in Python. Needs the wheel playwright, Debian's chromium, and npm, which fetches the other runtimes to
 build/web at the first run. Chromium may need options to use a GPU: `--option=--enable-unsafe-webgpu
 --option=--enable-features=Vulkan` on Linux.
 """
@@ -28,14 +28,14 @@ from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.learn.checkpoint import save
 from bobrossnet.learn.networks import Pyramid
-from bobrossnet.page.files import VIEWER
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 PACKAGES = HERE.parents[1] / "build" / "web"
 
 
 LEAN = Pyramid(features="8,8,16,24,24,24", handed_on="4,6,6,6,6")
-"""A pyramid of half the default network's arithmetic. Its weights are random: what it takes does not depend on them."""
+"""A pyramid with half the default network's arithmetic. Its weights are random, which does not affect its time."""
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -50,7 +50,7 @@ def fetch_packages() -> None:
 
 
 def known_kept(part: bob.GBuffer, image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """What a page shows: the GPU's pictures have no other pixels."""
+    """Restore the traced pixels, as a page does; the GPU's pictures lack them."""
     return np.where(part.mask.ravel() > 0, part.gray.ravel(), image.clip(0, 1))
 
 

@@ -1,10 +1,10 @@
-"""The viewer's page in Chromium: how fast it answers, what it takes, and its pictures beside those of rivals.
+"""The viewer's page in Chromium: latency, memory and size, and its pictures compared with rivals.
 
-The rivals halve the resolution until all pixels can be traced in the time, and enlarge the small picture, bilinearly or
-along edges, which costs them nothing here. All have one thread and the same time for each frame, tracing and completing
-included. Needs the wheel playwright and a Chromium.
+The rivals halve the resolution until all pixels can be traced in time, and upsample the small picture, bilinearly or
+along edges, at no cost here. All have one thread and the same time for each frame, for tracing and completion. Needs
+the wheel playwright and a Chromium.
 
-Meshes of other people are in the folder that BOBROSSNET_MODELS names; without it, their rows are left out.
+Meshes are read from the folder in BOBROSSNET_MODELS; without it, their rows are omitted.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.page.files import GALLERY, READ_IN_PAGE, VIEWER, page_files
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, page_files
 from bobrossnet.page.server import Server
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
@@ -50,7 +51,7 @@ FOLDERS = ("loader_originals", "broken_odd", "nurbs", "implicit", "scans")
 
 TIMES_MS = (33, 50, 75, 100, 150, 250, 400, 700, 1200)
 LEVELS = 6
-STEP, BEFORE = 2, 8  # degrees between the pictures of an orbit, and how many come before the one that is compared
+STEP, BEFORE = 2, 8  # degrees between the pictures of an orbit, and number of pictures before the compared one
 WAYS = ("completed, in motion", "completed, anew", "half resolution", "half, along edges")
 
 ORBIT = """
@@ -93,7 +94,7 @@ async ([address, name]) => {
 
 FIRST_PICTURE = 'document.addEventListener("progress", () => { window.firstPicture ??= performance.now(); }, true);'
 
-# Whether workers of the page may share memory, and a script for that: on most servers no page's may.
+# Whether the page's workers may share memory, and a script for it: on most servers they may not.
 SHARING = {
     "shared memory": "",
     "alone": 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });',
@@ -116,7 +117,7 @@ observer.observe({ type: "longtask" });
 
 
 def opened(browser: Browser, address: str, *scripts: str) -> Page:
-    """The page, once its scene is open."""
+    """Open the page, and wait for its scene."""
     page = browser.new_context().new_page()
     for script in scripts:
         page.add_init_script(script)
@@ -190,14 +191,14 @@ def in_bands(browser: Browser, server: Server) -> None:
 
 
 def thread_milliseconds() -> dict[int, float]:
-    """Of processors, by the threads of all browsers' workers."""
+    """Return processor milliseconds by thread of all browsers' workers."""
     found = {}
     for path in Path("/proc").glob("[0-9]*/task/[0-9]*"):
         try:
             if (path / "comm").read_text("utf-8").startswith("DedicatedWorker"):
                 found[int(path.name)] = int((path / "schedstat").read_text("utf-8").split()[0]) / 1e6
         except OSError:
-            continue  # it ended meanwhile
+            continue  # it has ended meanwhile
     return found
 
 
@@ -205,7 +206,7 @@ def thread_milliseconds() -> dict[int, float]:
 
 
 def write_hills(path: Path, side: int) -> None:
-    """A binary PLY of 2 (side - 1)² triangles."""
+    """Write a binary PLY of 2 (side - 1)² triangles."""
     x, y = np.meshgrid(*(np.linspace(-1, 1, side, dtype=np.float32),) * 2, indexing="ij")
     z = 0.2 * np.sin(7 * x) * np.cos(5 * y) + 0.01 * np.sin(90 * x) * np.sin(80 * y)
     index = np.arange(side * side, dtype=np.int32).reshape(side, side)
@@ -245,7 +246,7 @@ def large_mesh(browser: Browser, server: Server) -> None:
 
 
 def resident(marker: str = "--type=renderer") -> float:
-    """MB of all renderers, by what no other process shares."""
+    """Return the MB of all renderers, without memory shared with other processes."""
     total = 0
     for command in Path("/proc").glob("[0-9]*/cmdline"):
         try:
@@ -254,7 +255,7 @@ def resident(marker: str = "--type=renderer") -> float:
                     if line.startswith(("Private_Clean", "Private_Dirty")):
                         total += int(line.split()[1])
         except OSError:
-            continue  # it ended meanwhile
+            continue  # it has ended meanwhile
     return total / 1000
 
 
@@ -269,13 +270,13 @@ def memory(browser: Browser, server: Server, minutes: float) -> None:
 
 
 def memory_over(page: Page, server: Server, minutes: float) -> list[tuple[str, ...]]:
-    """After each tenth of the time: minutes, what was opened and how much of that was refused, and MB."""
+    """Return, for each tenth of the time: minutes, opened files, refused files, and MB."""
     scenes = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
     files = sorted(
         file for folder in FOLDERS for file in (MODELS / folder).glob("*") if file.suffix.lower() in READ_IN_PAGE
     )
     server.files |= {f"models/{file.name}": file for file in files}
-    # A scene, then two files, and so on: all of each in turn.
+    # A scene, then two files, and so on, repeated.
     rows: list[tuple[str, ...]] = []
     begin, turn, failed = time.perf_counter(), 0, 0
     while (spent := time.perf_counter() - begin) < 60 * minutes:
@@ -300,12 +301,12 @@ def decoded(text: str, height: int, width: int) -> NDArray[np.float32]:
 
 
 def enlarged(small: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Bilinear, as a canvas enlarges."""
+    """Upsample bilinearly, like a canvas."""
     return np.asarray(Image.fromarray(small).resize((WIDTH, HEIGHT), Image.Resampling.BILINEAR))
 
 
 def compared(page: Page, file: str, views: int) -> tuple[NDArray[np.float64], dict[str, float]]:
-    """Mean SSIM by way and time of a frame, NaN where there is none for a view; ms that ours cost."""
+    """Return the mean SSIM by method and frame time, NaN if a view lacks it, and the cost of ours in milliseconds."""
     cameras = [{"azimuth": 360 * i / views, "elevation": 20} for i in range(views)]
     settings = {
         "file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "step": STEP, "before": BEFORE,
@@ -326,7 +327,7 @@ def compared(page: Page, file: str, views: int) -> tuple[NDArray[np.float64], di
             fitting = [of_level for milliseconds, of_level in of_levels if milliseconds <= limit]
             scores[2:, i, view] = fitting[0] if fitting else np.nan
     parts = ("dense", "filling", "completing", "deciding", "carrying")
-    # A mean of all views or of none: a frame that is missing for one is missing.
+    # A mean of all views or none: a frame missing in one view is missing.
     return scores.mean(-1), {part: float(np.median([frame[part] for frame in found])) for part in parts}
 
 

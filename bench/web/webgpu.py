@@ -7,8 +7,8 @@ In Chromium, or in Node with Dawn, which is Chromium's WebGPU (npm's package web
 
 On a machine without this package, `--page FOLDER` takes the folder that `--write FOLDER` made elsewhere.
 
-The times of one worker, two workers and WebGPU are those of whole pictures. They include the samples sent to the second
-worker, and the interpolation, which the CPU computes. "Upload", "compute" and "readback" are steps of the network.
+The times of one worker, two workers and WebGPU are for whole pictures. They include sending samples to the second
+worker, and the interpolation on the CPU. "Upload", "compute" and "readback" are steps of the network.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Message = dict[str, Any]
 
 
 def write_page(folder: Path) -> None:
-    """Write the viewer's files, and those that measure."""
+    """Write the viewer's files, and the measuring page."""
     from bobrossnet.page.files import page_files  # a machine with a GPU may lack the package
 
     with page_files() as files:
@@ -61,7 +61,7 @@ def write_page(folder: Path) -> None:
 
 
 class Handler(SimpleHTTPRequestHandler):
-    """Serves a folder, and puts the messages that come back into a queue."""
+    """Serves a folder, and queues the messages that it receives."""
 
     extensions_map = SimpleHTTPRequestHandler.extensions_map | {".js": "text/javascript", ".wasm": "application/wasm"}
 
@@ -70,7 +70,7 @@ class Handler(SimpleHTTPRequestHandler):
         super().__init__(*request, **settings)
 
     def end_headers(self) -> None:
-        self.send_header("Cross-Origin-Embedder-Policy", "require-corp")  # the clock is finer then
+        self.send_header("Cross-Origin-Embedder-Policy", "require-corp")  # gives the page a finer clock
         self.send_header("Cross-Origin-Opener-Policy", "same-origin")
         super().end_headers()
 
@@ -84,7 +84,7 @@ class Handler(SimpleHTTPRequestHandler):
 
 
 def until_done(messages: Queue[Message], browser: subprocess.Popen[bytes], seconds: float) -> Iterator[Message]:
-    """Yield messages until the last one, or an error where the browser ends or none comes for so long."""
+    """Yield messages up to the last one, or an error if the browser ends or no message arrives in `seconds`."""
     last = time.monotonic()
     while browser.poll() is None and time.monotonic() < last + seconds:
         try:

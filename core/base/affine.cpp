@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// Turns two vectors in their plane until they are at right angles; returns false if they already are.
+/// Rotates two vectors in their plane until they are orthogonal; returns false if they already are.
 bool make_orthogonal(Vec3d& p, Vec3d& q) {
     const double pp = dot(p, p), qq = dot(q, q), pq = dot(p, q);
     if (!(std::fabs(pq) > 1e-16 * std::sqrt(pp) * std::sqrt(qq))) return false;
@@ -33,7 +33,7 @@ AffineMap affine_map(const double* matrix) {
     return map;
 }
 
-// With fused sums, so that a small difference of large products keeps its digits.
+// With fused sums, so that small differences of large products keep their digits.
 AffineMap operator*(const AffineMap& a, const AffineMap& b) {
     AffineMap result;
     for (int i = 0; i < 3; ++i) {
@@ -76,7 +76,7 @@ AffineMap inverse(const AffineMap& map) {
     return result;
 }
 
-// One-sided Jacobi rotations of the columns, in units of about the largest number, so that squares stay within range.
+// One-sided Jacobi rotations of the columns, in units of about the largest number, so that squares stay in range.
 std::array<double, 3> singular_values(const AffineMap& map) {
     double largest = 0;
     for (const auto& row : map.row) largest = std::max({largest, std::fabs(row[0]), std::fabs(row[1]), std::fabs(row[2])});

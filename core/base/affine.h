@@ -7,14 +7,14 @@
 
 namespace bob {
 
-/// x -> A x + b, as the rows of (A | b); at first, the identity. In double precision: the map from a scene to a small shape
-/// far from the scene's centre takes the difference of large numbers.
+/// x -> A x + b, as the rows of (A | b); initially the identity. In double precision: the map from a scene to a small
+/// shape far from the scene's centre takes the difference of large numbers.
 struct AffineMap {
     double row[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
     bool operator==(const AffineMap&) const = default;
 
-    /// Where the point origin + t direction goes.
+    /// The image of the point origin + t direction.
     [[nodiscard]] Vec3 point(Vec3 origin, double t, Vec3 direction) const {
         const double x = origin.x + t * direction.x, y = origin.y + t * direction.y, z = origin.z + t * direction.z;
         Vec3 result;
@@ -33,8 +33,8 @@ struct AffineMap {
         return result;
     }
 
-    /// The unit normal at x of a surface whose normal at A x + b is `n`: by the transpose of A, which is the inverse
-    /// transpose of the map back; zero if `n` is.
+    /// The unit normal at x of a surface with the normal `n` at A x + b. Multiplies by the transpose of A, the inverse
+    /// transpose of the inverse map; zero if `n` is zero.
     [[nodiscard]] Vec3 normal_back(Vec3 n) const {
         double v[3];
         for (int i = 0; i < 3; ++i) v[i] = row[0][i] * n.x + row[1][i] * n.y + row[2][i] * n.z;
@@ -44,16 +44,16 @@ struct AffineMap {
     }
 };
 
-/// The map of a 4x4 matrix, row by row, whose last row is (0, 0, 0, 1).
+/// The map of a row-major 4x4 matrix with last row (0, 0, 0, 1).
 [[nodiscard]] AffineMap affine_map(const double* matrix);
 
-/// The map that does b first, then a.
+/// The composition: first b, then a.
 [[nodiscard]] AffineMap operator*(const AffineMap& a, const AffineMap& b);
 
-/// The map back; `map` is not singular. Exact where A is diagonal and its numbers are powers of two.
+/// The inverse of a nonsingular map. Exact if A is diagonal with powers of two.
 [[nodiscard]] AffineMap inverse(const AffineMap& map);
 
-/// How much longer vectors become by A, the largest first: its singular values, the small ones as exact as the large ones.
+/// The singular values of A, the largest first; small ones have the same relative accuracy as large ones.
 [[nodiscard]] std::array<double, 3> singular_values(const AffineMap& map);
 
 struct Sphere {
@@ -61,7 +61,7 @@ struct Sphere {
     double radius = 1;
 };
 
-/// The map that takes a sphere to the unit sphere, and the map back.
+/// The map from a sphere to the unit sphere, and its inverse.
 [[nodiscard]] AffineMap to_unit_sphere(const Sphere& sphere);
 [[nodiscard]] AffineMap from_unit_sphere(const Sphere& sphere);
 

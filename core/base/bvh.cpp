@@ -1,5 +1,6 @@
-/// Top-down: binary splits by the surface area heuristic over binned centroids (Wald, "On fast Construction of SAH-based
-/// Bounding Volume Hierarchies", 2007), collapsed to eight children a node by opening the largest ones.
+/// Top-down construction: binary splits by the surface area heuristic over binned centroids (Wald, "On fast
+/// Construction of SAH-based Bounding Volume Hierarchies", 2007). Then nodes are collapsed to eight children by opening
+/// the largest ones.
 #include "base/bvh.h"
 
 #include <algorithm>
@@ -21,16 +22,16 @@ constexpr int bins = 16;
 constexpr std::size_t packet_size = std::tuple_size_v<Packet>;
 constexpr std::size_t max_leaf = packet_size * ChildRef::max_packets;
 
-// From this depth on ranges are halved, so that no boxes, however odd, make the tree deeper than max_depth.
+// From this depth on, ranges are halved, so that no boxes, however odd, make the tree deeper than max_depth.
 constexpr int max_sah_depth = Bvh::max_depth - 28;
 
-// Ranges up to this size are built whole by one thread. The split is by size, not by the number of threads, so that
-// the tree is the same for any number of them.
+// Ranges up to this size are built by one thread. The split depends on size, not on the number of threads, so that
+// every number of threads builds the same tree.
 constexpr std::size_t task_size = 4096;
 
 constexpr float infinity = Box::infinity;
 
-/// A box in registers, at first empty. What the fourth lanes hold is of no use and does no harm.
+/// A box in registers, initially empty. The fourth lanes are unused.
 struct WideBox {
     Float4 low{infinity, infinity, infinity, infinity}, high = -low;
 
@@ -60,7 +61,7 @@ private:
     float values_[8];
 };
 
-/// What is known of a range of primitives; centroids are twice the centres.
+/// The bounds of a range of primitives; centroids are twice the centres.
 struct Extent {
     WideBox box, centroids;
 
@@ -71,11 +72,11 @@ struct Extent {
     }
 };
 
-/// A node of the binary tree: a range of primitives, and unless it is a leaf, two children, one after the other.
+/// A node of the binary tree: a range of primitives and, unless it is a leaf, two consecutive children.
 struct BinaryNode {
     Box box, centroids;
     std::uint32_t begin, end;
-    std::uint32_t left = 0;  // 0, which is the root, for a leaf
+    std::uint32_t left = 0;  // 0, the root's index, for a leaf
     int depth = 0;
 
     BinaryNode(const Extent& extent, std::uint32_t begin, std::uint32_t end, int depth)
@@ -84,7 +85,7 @@ struct BinaryNode {
     [[nodiscard]] bool is_leaf() const { return left == 0; }
 };
 
-/// Where a range of primitives is cut: by the bins of one axis.
+/// A split of a range of primitives, by the bins of one axis.
 struct Cut {
     int axis;
     float low, scale, plane;
@@ -92,18 +93,18 @@ struct Cut {
     [[nodiscard]] bool below(const Primitive& p) const { return scale * (p.centroid(axis) - low) < plane; }
 };
 
-/// Bins a unit of a range's centroids, 0 for an axis along which bins can't part them.
+/// Bins per unit of a range's centroids, 0 for an axis along which bins cannot separate them.
 Float4 scales(const WideBox& centroids) {
     const Float4 size = centroids.high - centroids.low;
     Float4 scale{};
     for (int axis = 0; axis < 3; ++axis) {
         const float s = size[axis] > 0 ? bins * (1 - 1e-6f) / size[axis] : 0;
-        scale[axis] = std::isfinite(s) ? s : 0;  // a size of denormal numbers
+        scale[axis] = std::isfinite(s) ? s : 0;  // extents may be denormal
     }
     return scale;
 }
 
-/// The primitives of a range, by where their centroids lie along each axis.
+/// The primitives of a range, binned by their centroids along each axis.
 struct Bins {
     WideBox box[3][bins];
     std::uint32_t count[3][bins] = {};
@@ -132,8 +133,8 @@ public:
                 extent = std::max({extent, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
             }
         }
-        // More than the rounding of box and primitive tests can move a hit across a box' face: for boxes and origins
-        // within some units, errors stay below 2^-21 units.
+        // More than rounding in box and primitive tests can move a hit across a box's face. For boxes and origins
+        // within a few units, errors stay below 2^-21 units.
         const float pad = extent * 0x1p-19f;
         parallel_for(boxes.size(), 16384, [&](std::size_t begin, std::size_t end) {
             Interruption::check();
@@ -150,7 +151,7 @@ public:
     }
 
 private:
-    /// Large ranges are split level by level, then small ones with all that is below them: both side by side.
+    /// Splits large ranges level by level, then builds small ones as whole subtrees; both in parallel.
     std::vector<BinaryNode> split_whole() {
         Extent whole;
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
@@ -183,7 +184,7 @@ private:
             }
         });
         for (std::size_t task = 0; task < small.size(); ++task) {
-            // The subtree's root takes the place of the range; the nodes below it go to the end.
+            // The subtree's root replaces the range; the nodes below it are appended.
             const auto offset = static_cast<std::uint32_t>(nodes.size() - 1);
             auto& subtree = subtrees[task];
             for (BinaryNode& node : subtree) {
@@ -197,14 +198,14 @@ private:
 
     using Children = std::array<BinaryNode, 2>;
 
-    /// Puts the children of nodes[i], if it has any, to the end.
+    /// Appends the children of nodes[i], if it has any.
     static void append(std::vector<BinaryNode>& nodes, std::size_t i, const std::optional<Children>& children) {
         if (!children) return;
         nodes[i].left = static_cast<std::uint32_t>(nodes.size());
         nodes.insert(nodes.end(), children->begin(), children->end());
     }
 
-    /// Parts a node's primitives; nothing where a leaf is cheaper.
+    /// Splits a node's primitives; empty if a leaf is cheaper.
     std::optional<Children> split(const BinaryNode& node) {
         const std::uint32_t count = node.end - node.begin;
         if (count <= packet_size) return std::nullopt;
@@ -223,7 +224,7 @@ private:
         }
         if (cut) {
             middle = part(first, last, *cut, below, above);
-        } else {  // too deep, or centroids that bins can't part
+        } else {  // too deep, or centroids that bins cannot separate
             if (count <= max_leaf) return std::nullopt;
             for (const Primitive* p = first; p != middle; ++p) below.extend(*p);
             for (const Primitive* p = middle; p != last; ++p) above.extend(*p);
@@ -233,7 +234,8 @@ private:
                         BinaryNode(above, end_below, node.end, node.depth + 1)};
     }
 
-    /// The cheapest plane between bins, if there is any, and its cost: of both sides' areas, in tests of a packet.
+    /// The cheapest plane between bins, if there is any. Its cost, from the areas of both sides, is in tests of a
+    /// packet.
     static std::optional<Cut> cheapest_cut(const Primitive* first, const Primitive* last, const WideBox& centroids, float& cost) {
         const Float4 scale = scales(centroids);
         const Bins binned(first, last, centroids.low, scale);
@@ -241,7 +243,7 @@ private:
         for (int axis = 0; axis < 3; ++axis) {
             const auto& box = binned.box[axis];
             const auto& count = binned.count[axis];
-            float cost_above[bins];  // of the bins at and above each plane
+            float cost_above[bins];  // for the bins at and above each plane
             WideBox sum;
             std::uint32_t inside = 0;
             for (int plane = bins - 1; plane > 0; --plane) {
@@ -261,7 +263,7 @@ private:
         return best;
     }
 
-    /// Sorts a range by the side of the cut, and says where the second side begins and what both have.
+    /// Partitions a range by the side of the cut. Returns the start of the second side and the bounds of both.
     static Primitive* part(Primitive* first, Primitive* last, const Cut& cut, Extent& below, Extent& above) {
         while (true) {
             while (first != last && cut.below(*first)) below.extend(*first++);
@@ -273,7 +275,7 @@ private:
 
     Bvh collapse(const std::vector<BinaryNode>& binary) {
         Bvh bvh;
-        // Pairs of a node to be filled and the binary node that it stands for.
+        // Pairs of a node to fill and its binary node.
         std::vector<std::pair<std::size_t, std::uint32_t>> open{{0, 0}};
         bvh.nodes.emplace_back();
         while (!open.empty()) {

@@ -1,5 +1,5 @@
-/// Bounding volume hierarchy over boxes: eight to a node. Its leaves are runs of packets, each of eight primitives of any
-/// kind, which are tested together.
+/// Bounding volume hierarchy over boxes: eight to a node. Leaves are runs of packets, each of eight primitives of any
+/// kind, tested together.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace bob {
 
-/// Where a child's subtree lies: a node, or a run of packets.
+/// A reference to a child's subtree: a node, or a run of packets.
 struct ChildRef {
     static constexpr std::uint32_t leaf_bit = 0x80000000;
     static constexpr int max_packets = 8;
@@ -28,27 +28,27 @@ struct ChildRef {
     [[nodiscard]] std::uint32_t packets() const { return (bits & 7) + 1; }
 };
 
-/// 224 bytes. An absent child has a box that no finite ray enters (low = +inf, high = -inf); others that enter it find
-/// the first packet, which does no harm.
+/// 224 bytes. An absent child has a box that no finite ray enters (low = +inf, high = -inf); other rays that enter it
+/// find the first packet, which is harmless.
 struct alignas(32) BvhNode {
     float bounds[2][3][8];  // [low, high][axis][child]
     ChildRef child[8];
 };
 
-/// The primitives that are tested together. An absent one repeats the packet's first.
+/// Eight primitives tested together. Absent ones repeat the packet's first.
 using Packet = std::array<std::uint32_t, 8>;
 
 struct Bvh {
-    /// No path is longer than this, and a node leaves at most seven children behind.
+    /// Maximum length of a path; each node leaves at most seven children on the stack.
     static constexpr int max_depth = 88;
 
     std::vector<BvhNode> nodes;  // the first is the root
     std::vector<Packet> packets;
 };
 
-/// Builds by the surface area heuristic; `node_cost` is the cost of visiting a node, in tests of a packet. The result is
-/// a function of the boxes alone, not of the number of threads. Boxes are finite and at least one; each is made larger by
-/// more than rounding can move a hit across its face.
+/// Builds by the surface area heuristic; `node_cost` is the cost of visiting a node, in tests of a packet. The result
+/// depends on the boxes alone, not on the number of threads. Boxes are finite, at least one; each is padded by more
+/// than rounding can move a hit across its face.
 [[nodiscard]] Bvh build_bvh(std::span<const Box> boxes, float node_cost);
 
 }  // namespace bob

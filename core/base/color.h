@@ -1,4 +1,4 @@
-/// Colours: linear RGB in x, y and z, and sRGB's curve.
+/// Colours: linear RGB in x, y and z, and the sRGB curve.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +13,10 @@
 
 namespace bob {
 
-/// By Rec. 709's weights; exactly 1 for white, which the sum in float is not.
+/// By Rec. 709's weights; exactly 1 for white, unlike the sum in float.
 inline float luminance(Vec3 rgb) { return static_cast<float>(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
 
-/// IEC 61966-2-1: from sRGB's values to linear ones, both 0..1, and back.
+/// IEC 61966-2-1: sRGB to linear values, both 0..1, and back.
 inline float from_srgb(float value) {
     return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
 }
@@ -24,8 +24,8 @@ inline float to_srgb(float value) {
     return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
 }
 
-/// Linear light, 0..1, as a byte of sRGB: 255 to_srgb, rounded, without its power, which takes several times as long as all else
-/// that textures are halved by.
+/// Linear light, 0..1, to a byte of sRGB: 255 to_srgb, rounded. A table replaces the power, which would take several
+/// times as long as the rest of halving a texture.
 class SrgbBytes {
 public:
     SrgbBytes();
@@ -37,13 +37,13 @@ public:
     }
 
 private:
-    static constexpr std::size_t steps = 4096;  // hardly one byte each, even where the curve is steepest
+    static constexpr std::size_t steps = 4096;  // at most about one byte boundary per step, even where the curve is steepest
 
-    std::array<float, 257> least_{};             // of each byte, what it begins with, and beyond the last what nothing reaches
-    std::array<std::uint8_t, steps> byte_at_{};  // that each step begins with
+    std::array<float, 257> least_{};             // the lower end of each byte's range, then an upper bound of all values
+    std::array<std::uint8_t, steps> byte_at_{};  // at the lower end of each step
 };
 
-/// Linear RGB of sRGB as "#rrggbb" or "#rgb"; nothing of another text.
+/// Linear RGB of "#rrggbb", "#rgb" or a CSS color name; empty for any other text.
 [[nodiscard]] std::optional<std::array<double, 3>> linear_color(std::string_view text);
 
 }  // namespace bob

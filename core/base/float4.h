@@ -1,5 +1,5 @@
-/// Four floats that one register holds on every machine (SSE2, NEON, simd128), for code that is compiled once. What is worth
-/// wider registers lies in *_kernels.cpp files and takes simd.h.
+/// Four floats in one register of every machine (SSE2, NEON, simd128), for code compiled once. Code that profits from
+/// wider registers is in *_kernels.cpp files and uses simd.h.
 #pragma once
 
 #include <cstring>

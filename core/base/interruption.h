@@ -1,4 +1,4 @@
-/// Long work that its caller may want to end.
+/// Interruption of long work by its caller.
 #pragma once
 
 #include <atomic>
@@ -7,16 +7,17 @@
 
 namespace bob {
 
-/// Asked now and then, on the caller's thread, whether work shall go on.
+/// Called now and then on the caller's thread; false stops the work.
 using KeepGoing = std::function<bool()>;
 
-/// Thrown by work that shall not go on.
+/// Thrown by interrupted work.
 struct Stopped : std::exception {
     [[nodiscard]] const char* what() const noexcept override { return "stopped"; }
 };
 
-/// While one lives, what its thread does, and what parallel_for lets other threads do for it, ends by Stopped soon after
-/// keep_going has returned false. Work that may take longer than a few hundredths of a second checks now and then.
+/// During its lifetime, work on its thread ends by Stopped soon after keep_going returned false. So does work that
+/// parallel_for gives to other threads. Work that may take longer than a few hundredths of a second calls `check`
+/// regularly.
 class Interruption {
 public:
     explicit Interruption(const KeepGoing& keep_going) : keep_going_(keep_going), caller_(this_thread()), outer_(current()) {
@@ -26,18 +27,18 @@ public:
     Interruption(const Interruption&) = delete;
     Interruption& operator=(const Interruption&) = delete;
 
-    /// Throws Stopped where this thread's work shall not go on.
+    /// Throws Stopped if this thread's work is interrupted.
     static void check() {
         if (Interruption* const interruption = current(); interruption && !interruption->keeps_going()) throw Stopped();
     }
 
-    /// Asks, if this is the thread that made it. False once the answer was no.
+    /// Calls keep_going on the thread that constructed this. Stays false after the first false.
     bool keeps_going() {
         if (keep_going_ && this_thread() == caller_ && !stopped_ && !keep_going_()) stopped_ = true;
         return !stopped_;
     }
 
-    /// That of this thread's work; none where nobody can end it.
+    /// The interruption of this thread's work; null if it cannot be interrupted.
     static Interruption*& current() {
         thread_local Interruption* interruption = nullptr;
         return interruption;

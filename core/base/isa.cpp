@@ -30,11 +30,11 @@ bool system_saves(unsigned parts) {
 constexpr bool has_all(unsigned value, unsigned bits) { return (value & bits) == bits; }
 #endif
 
-/// Asks the processor itself: zig's __builtin_cpu_supports always answers no.
+/// Queries the processor directly: zig's __builtin_cpu_supports always answers no.
 bool machine_has([[maybe_unused]] Isa isa) {
 #ifdef BOB_X86
     if (isa == Isa::baseline) return true;
-    // Bits are those of the Intel SDM, volume 2A, CPUID; the sets are all that CMakeLists.txt lets compilers use.
+    // Bits from the Intel SDM, volume 2A, CPUID; the sets are the ones that CMakeLists.txt enables.
     constexpr unsigned fma = 1U << 12, movbe = 1U << 22, popcnt = 1U << 23, osxsave = 1U << 27, avx = 1U << 28, f16c = 1U << 29;
     constexpr unsigned bmi = 1U << 3, avx2 = 1U << 5, bmi2 = 1U << 8, lzcnt = 1U << 5;
     const unsigned features = cpuid(7).ebx;

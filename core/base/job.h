@@ -1,4 +1,4 @@
-/// The work of one parallel_for, of which each thread that takes part does one piece after the other.
+/// The work of one parallel_for: each thread takes one piece after the other.
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,16 @@ struct Job {
     const std::function<void(std::size_t, std::size_t)>& body;
     std::atomic<std::size_t> next{0};
     std::atomic<bool> stopped{false};
-    Interruption* const interruption = Interruption::current();  // of the caller's work
+    Interruption* const interruption = Interruption::current();  // of the caller
     std::atomic_flag failed = ATOMIC_FLAG_INIT;
-    std::exception_ptr failure{};  // the first exception that a body threw, for the caller
+    std::exception_ptr failure{};  // the first exception of a body, rethrown to the caller
 
-    /// Does pieces until none is left, on the caller's thread.
+    /// Does the remaining pieces on the caller's thread.
     void work() {
         while (step()) {}
     }
 
-    /// Does pieces until none is left, on another thread.
+    /// Does the remaining pieces on another thread.
     void help() {
         Interruption::current() = interruption;
         work();
@@ -33,7 +33,7 @@ struct Job {
     }
 
 private:
-    /// Does the next piece; false when none is left.
+    /// Does the next piece; false if all are done.
     bool step() {
         if (stopped.load(std::memory_order_relaxed)) return false;
         const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-/// A lock that outlives a fork.
+/// A lock that survives a fork.
 #pragma once
 
 #include <atomic>
@@ -9,15 +9,15 @@
 
 namespace bob {
 
-/// A mutex that a forked process takes over from the threads of its parent, which would hold it for ever. Guarded data is therefore
-/// built apart and put in place as a whole.
+/// A mutex that a forked process takes over from threads of its parent, which would hold it for ever. Guarded data is
+/// therefore built separately and put in place as a whole.
 class Mutex {
 public:
     void lock() {
         while (!try_lock()) wait();
     }
 
-    /// False also where this very thread holds it.
+    /// Also false if this thread already holds it.
     [[nodiscard]] bool try_lock() {
         const int own = process();
         int holder = holder_.load(std::memory_order_relaxed);
@@ -30,7 +30,7 @@ public:
     }
 
 private:
-#ifdef __wasm__  // whose library has no waiting for threads of several workers
+#ifdef __wasm__  // the library cannot wait for threads of several workers
     static int process() { return 1; }
     void wait() {}
     void wake() {}
@@ -40,7 +40,7 @@ private:
     void wake() { holder_.notify_one(); }
 #endif
 
-    std::atomic<int> holder_ = 0;  // a process
+    std::atomic<int> holder_ = 0;  // process id
 };
 
 }  // namespace bob

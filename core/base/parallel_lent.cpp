@@ -1,4 +1,5 @@
-/// parallel.h in a WebAssembly module whose memory several workers share: each lends its thread, and comes when it likes.
+/// parallel.h in a WebAssembly module with memory shared by several workers. Each lends its thread, and may join at any
+/// time.
 #include "base/parallel_lent.h"
 
 #include <algorithm>
@@ -14,16 +15,16 @@ namespace {
 constexpr std::int64_t forever = -1, milliseconds = 1'000'000;
 
 std::atomic<int> wanted{1}, lent{0};
-std::atomic_flag in_use = ATOMIC_FLAG_INIT;  // a flag, since its holder may ask again from inside a body
+std::atomic_flag in_use = ATOMIC_FLAG_INIT;  // a flag, since its holder may call parallel_for from a body
 
 std::atomic<Job*> job{nullptr};
 std::atomic<int> generation{0};  // of jobs
-std::atomic<int> places{0};      // for further threads in the job
-std::atomic<int> busy{0};        // threads that may look at the job, the caller's aside
+std::atomic<int> places{0};      // free places in the job
+std::atomic<int> busy{0};        // threads that may access the job, except the caller's
 
 int* address(std::atomic<int>& value) { return reinterpret_cast<int*>(&value); }
 
-/// Until a value is no longer as given, another thread wakes this one, or so many nanoseconds have passed.
+/// Waits until a value differs from `as`, another thread wakes this one, or the time has passed.
 void wait_while(std::atomic<int>& value, int as, std::int64_t nanoseconds) {
     __builtin_wasm_memory_atomic_wait32(address(value), as, nanoseconds);
 }
@@ -38,10 +39,10 @@ void share(Job& shared, int others) {
     ++generation;
     wake(generation, others);
     shared.work();
-    job = nullptr;  // a thread that wakes up late finds nothing to do
+    job = nullptr;  // late threads find no job
     while (const int still = busy) {
         wait_while(busy, still, 10 * milliseconds);
-        if (shared.interruption) shared.interruption->keeps_going();  // asks for the others
+        if (shared.interruption) shared.interruption->keeps_going();  // on behalf of the others
     }
 }
 

@@ -1,9 +1,9 @@
-/// Threads that the workers of a page lend to a WebAssembly module whose memory they share.
+/// Threads lent by the workers of a page to a WebAssembly module with shared memory.
 #pragma once
 
 namespace bob {
 
-/// Does this thread's part of what parallel_for is called for, from now on; never returns.
+/// Works for parallel_for on this thread; never returns.
 [[noreturn]] void lend_thread();
 
 }  // namespace bob

@@ -1,4 +1,4 @@
-/// parallel.h where there are no threads, as in a WebAssembly module that shares no memory: a page starts several workers instead.
+/// parallel.h without threads, as in a WebAssembly module without shared memory: a page starts several workers instead.
 #include <algorithm>
 
 #include "base/interruption.h"

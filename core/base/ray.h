@@ -7,7 +7,7 @@ namespace bob {
 
 struct Ray {
     Vec3 origin;
-    Vec3 direction;  // finite, of any length but zero; t counts in its lengths
+    Vec3 direction;  // finite, of any nonzero length; t is in its lengths
 };
 
 }  // namespace bob

@@ -53,7 +53,7 @@ void Sha256::mix(const std::byte* block) {
     std::uint32_t w[16];
     for (int i = 0; i < 16; ++i) w[i] = big_endian(block + 4 * i);
     auto [a, b, c, d, e, f, g, h] = state_;
-    // Words change places from round to round; eight rounds in a row put them back.
+    // Words rotate from round to round; eight rounds restore their places.
     const auto round = [&w](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t& d, std::uint32_t e,
                             std::uint32_t f, std::uint32_t g, std::uint32_t& h, int i) {
         std::uint32_t& word = w[i % 16];

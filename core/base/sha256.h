@@ -13,11 +13,11 @@ using Digest = std::array<std::uint8_t, 32>;
 
 class Sha256 {
 public:
-    /// Takes in more bytes.
+    /// Appends bytes.
     Sha256& update(std::span<const std::byte> bytes);
     Sha256& update(std::string_view text) { return update(std::as_bytes(std::span(text))); }
 
-    /// Of all bytes so far; more may be taken in afterwards.
+    /// The digest of all bytes so far; more may follow.
     [[nodiscard]] Digest digest() const;
 
 private:

@@ -1,8 +1,8 @@
-/// Vectors of floats: the one place that knows instruction sets. Included by *_kernels.cpp files alone (isa.h), since
-/// everything here lies in the namespace of the instruction set that the file is compiled for.
+/// Float vectors: the only place that depends on instruction sets. Only for *_kernels.cpp (isa.h), since everything
+/// here is in the namespace of the file's instruction set.
 ///
-/// Products and sums are never fused unless `fma` is written: where results must agree to the bit between two
-/// triangles that share an edge, the compiler has no say (-ffp-contract=off).
+/// Products and sums are fused only by `fma` (-ffp-contract=off): two triangles that share an edge must agree to the
+/// bit, independent of the compiler.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@
 #include <wasm_simd128.h>
 #endif
 
-// Loops of a few steps, known ahead: unrolled before arrays that they index become registers, or kept, so that no more are
-// needed than there are.
+// Short loops of known length. Unrolling turns the arrays they index into registers; keeping the loop limits the number
+// of registers.
 #if defined(__clang__)
 #define BOB_UNROLL _Pragma("clang loop unroll(full)")
 #define BOB_KEEP_LOOP _Pragma("clang loop unroll(disable)")
@@ -45,7 +45,7 @@ constexpr int lanes = 8;
 constexpr int lanes = 4;
 #endif
 
-/// A register of floats, and the masks and whole numbers beside it.
+/// A register of floats, and its masks and integers.
 using F = Vector<lanes>;
 using M = IntVector<lanes>;
 
@@ -79,7 +79,7 @@ inline M lane_numbers() {
 }
 inline M first_lanes(int count) { return lane_numbers() < all(count); }
 
-/// a * b + c, rounded once where the instruction set can.
+/// a * b + c, rounded once if the instruction set supports it.
 template <class V>
 inline V fma(V a, V b, V c) {
 #if defined(__ARM_NEON)
@@ -97,7 +97,7 @@ inline V fma(V a, V b, V c) {
     return a * b + c;
 }
 
-/// The smaller of two lanes; b where either is NaN.
+/// The minimum per lane; b if either is NaN.
 template <class V>
 inline V min(V a, V b) {
 #if defined(__AVX512F__)
@@ -114,7 +114,7 @@ inline V min(V a, V b) {
     return a < b ? a : b;
 }
 
-/// The larger of two lanes; b where either is NaN.
+/// The maximum per lane; b if either is NaN.
 template <class V>
 inline V max(V a, V b) {
 #if defined(__AVX512F__)
@@ -148,7 +148,7 @@ inline V sqrt(V a) {
     return a;
 }
 
-/// One bit for each lane of a comparison's result, lane 0 lowest.
+/// One bit for each lane of a mask, lane 0 lowest.
 template <class M>
 inline unsigned bits(M mask) {
 #if defined(__AVX512DQ__)
@@ -180,7 +180,7 @@ inline I gather(const std::int32_t* p, I index) {
     return index;
 }
 
-/// The byte p[index[i]] in each lane i, where three further bytes may be read behind it.
+/// The byte p[index[i]] in each lane i; reads up to three bytes past it.
 template <class I>
 inline I gather_bytes(const std::uint8_t* p, I index) {
 #if defined(__AVX512F__)
@@ -205,13 +205,13 @@ inline V zip(V a, V b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, (First + I / 2 + I % 2 * static_cast<int>(sizeof(V) / 4))...);
 }
 
-/// Of each four lanes of a and b the first two or the last two, lane by lane in turn.
+/// From each four lanes of a and b, the first or the last two, interleaved.
 template <bool last, class V, int... I>
 inline V zip_fours(V a, V b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, (I / 4 * 4 + last * 2 + I % 4 / 2 + I % 2 * static_cast<int>(sizeof(V) / 4))...);
 }
 
-/// The first or the second of each two groups of lanes: a's, and then b's.
+/// The first or the second of each pair of groups: first a's, then b's.
 template <int group, bool second, class V, int... I>
 inline V groups(V a, V b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, ((I & ~group) + second * group + (I & group ? static_cast<int>(sizeof(V) / 4) : 0))...);
@@ -220,7 +220,7 @@ inline V groups(V a, V b, std::integer_sequence<int, I...>) {
 template <class V>
 using Lanes = std::make_integer_sequence<int, sizeof(V) / 4>;
 
-/// The groups above the diagonal of each two by two of them for those below it.
+/// In each 2 x 2 block of groups, swaps the groups above and below the diagonal.
 template <int group, class V>
 inline void exchange(V* square) {
     BOB_UNROLL
@@ -233,38 +233,38 @@ inline void exchange(V* square) {
 
 }  // namespace detail
 
-/// The even lanes of a and then b.
+/// The even lanes of a, then of b.
 template <class V>
 inline V even(V a, V b) {
     return detail::pick<2, 0, 1>(a, b, detail::Lanes<V>{});
 }
 
-/// The odd lanes of a and then b.
+/// The odd lanes of a, then of b.
 template <class V>
 inline V odd(V a, V b) {
     return detail::pick<2, 1, 1>(a, b, detail::Lanes<V>{});
 }
 
-/// As many lanes of a and then b, from the lane `First` on.
+/// A vector's width of the lanes of a followed by b, from the lane `First` on.
 template <int First, class V>
 inline V window(V a, V b) {
     return detail::pick<1, First, 1>(a, b, detail::Lanes<V>{});
 }
 
-/// The lower halves of a and b, lane by lane in turn.
+/// The lower halves of a and b, interleaved.
 template <class V>
 inline V zip_low(V a, V b) {
     return detail::zip<0>(a, b, detail::Lanes<V>{});
 }
 
-/// The upper halves of a and b, lane by lane in turn.
+/// The upper halves of a and b, interleaved.
 template <class V>
 inline V zip_high(V a, V b) {
     return detail::zip<static_cast<int>(sizeof(V) / 8)>(a, b, detail::Lanes<V>{});
 }
 
-/// Turns a square of vectors: what was lane j of vector i becomes lane i of vector j. First within fours of lanes, across which most
-/// instruction sets move little at once, and then these.
+/// Transposes a square of vectors: lane j of vector i becomes lane i of vector j. First within groups of four lanes,
+/// since few instruction sets move lanes across these cheaply, then the groups.
 template <class V>
 inline void transpose(V* square) {
     constexpr int side = sizeof(V) / 4;
@@ -283,7 +283,7 @@ inline void transpose(V* square) {
     if constexpr (side > 8) detail::exchange<8>(square);
 }
 
-/// Rows of a table as columns, of which there are a multiple of `lanes`: lane i of column k is number k of row i.
+/// Loads rows of a table as columns, a multiple of `lanes`. Lane i of column k is number k of row i.
 template <int columns>
 inline void load_rows(const float* const (&rows)[lanes], F (&to)[columns]) {
     static_assert(columns % lanes == 0);
@@ -295,7 +295,7 @@ inline void load_rows(const float* const (&rows)[lanes], F (&to)[columns]) {
     }
 }
 
-/// Writes the columns from `first` on to `count` rows. The columns are turned.
+/// Stores the columns from `first` on to `count` rows. Transposes the columns.
 template <int first, int columns>
 inline void store_rows(F (&from)[columns], float* const (&rows)[lanes], int count) {
     static_assert((columns - first) % lanes == 0);

@@ -1,13 +1,15 @@
-/// Memory that each thread keeps from call to call, since to ask for it anew would take longer than what it is needed for.
+/// Memory that each thread keeps between calls: allocating it again would take longer than its use.
 #pragma once
 
 #include <memory>
 
 namespace bob {
 
-/// This thread's only object of a type. Each user has a type of its own for it. It is allocated on first use: threads
-/// that never trace pay a pointer, and its alignment does not depend on the system's thread-local storage.
-/// Not inlined: compilers would look up the thread's memory at every access, up to a tenth of the time of loops around it.
+/// This thread's only object of a type; each user has a private type.
+///
+/// Allocated on first use: threads that never trace need only a pointer, and its alignment does not depend on the
+/// system's thread-local storage. Not inlined: otherwise compilers look up the thread's memory at every access, up to a
+/// tenth of the time of a loop.
 template <class T>
 [[gnu::noinline]] T& thread_memory() {
     thread_local const auto memory = std::make_unique<T>();

@@ -25,7 +25,7 @@ inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
 inline Vec3 min(Vec3 a, Vec3 b) { return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z}; }
 inline Vec3 max(Vec3 a, Vec3 b) { return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z}; }
 
-/// `a` at length 1, or zero where its length is zero, infinite or NaN.
+/// `a` scaled to length 1; zero if its length is zero, infinite or NaN.
 inline Vec3 normalized(Vec3 a) {
     const float size = length(a);
     return size > 0 && std::isfinite(size) ? (1 / size) * a : Vec3{};

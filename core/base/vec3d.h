@@ -1,4 +1,4 @@
-/// Points and directions in double precision, for what is built once.
+/// Points and directions in double precision, for precomputation.
 #pragma once
 
 #include <array>

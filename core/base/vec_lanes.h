@@ -6,7 +6,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// A vector in each lane.
+/// One vector per lane.
 struct Vector3 {
     F x, y, z;
 };

@@ -1,7 +1,7 @@
-/// Budgets of work, so that no file, however odd, builds for minutes.
+/// Work budgets, so that no file, however odd, builds for minutes.
 ///
 /// Work is counted, never timed: every machine and every number of threads makes the same shape. A unit is about a
-/// nanosecond of one core, so that a budget can be read as a time.
+/// nanosecond of one core, so that a budget reads as a time.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ class Work {
 public:
     explicit Work(std::uint64_t budget = 0) : budget_(budget) {}
 
-    /// Counts, and is where the work can be interrupted.
+    /// Counts units; the work can be interrupted here.
     void spend(std::uint64_t units) {
         Interruption::check();
         spent_ += units;
@@ -26,17 +26,18 @@ public:
     [[nodiscard]] bool is_spent() const { return spent_ >= budget_; }
     [[nodiscard]] std::uint64_t spent() const { return spent_; }
 
-    /// Grants units beyond those that are spent.
+    /// Grants units beyond those spent.
     void grant(std::uint64_t units) { budget_ = spent_ + units; }
 
 private:
     std::uint64_t budget_, spent_ = 0;
 };
 
-/// Does a job that consists of parts which each can pause, on all threads, within one budget. What small parts leave over
-/// goes to large ones: in turns, half of what is left is shared evenly among the parts that are not done. Each has
-/// go_on(units), which works until it is done or has spent about as much; work(); and is_done().
-/// Returns whether all are done.
+/// Runs resumable parts of a job on all threads, within one budget. Returns whether all are done.
+///
+/// Small parts leave units for large ones: in each turn, half of the remaining units is shared evenly among the
+/// unfinished parts. Each part has go_on(units), which works until it is done or has spent about that number; work();
+/// and is_done().
 template <class Part>
 bool do_in_turns(std::vector<Part>& parts, std::uint64_t budget) {
     while (true) {

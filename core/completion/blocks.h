@@ -1,5 +1,6 @@
-/// Blocks of 2x2 pixels in vectors, for the kernels of networks that halve and double pictures. "Phases" are four vectors or
-/// channels that hold the pixels of each block, row by row.
+/// Blocks of 2x2 pixels in vectors, for networks that halve and double pictures.
+///
+/// "Phases" are four vectors or channels with the pixels of each block, row by row.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +24,7 @@ struct Phases {
 
 inline F total(const Phases& p) { return (p.at[0] + p.at[1]) + (p.at[2] + p.at[3]); }
 
-/// The blocks of a vector, as they lie in two rows of pixels.
+/// The blocks of a vector, as two rows of pixels in memory order.
 struct RawBlocks {
     F upper[2], lower[2];
 
@@ -34,17 +35,17 @@ struct RawBlocks {
     [[nodiscard]] bool any() const { return bits(max(max(upper[0], upper[1]), max(lower[0], lower[1])) > F{}); }
 };
 
-/// Takes half the shuffles of the phases' total.
+/// Takes half the shuffles of `Phases::total`.
 inline F total(const RawBlocks& raw) {
     const F left = raw.upper[0] + raw.lower[0], right = raw.upper[1] + raw.lower[1];
     return even(left, right) + odd(left, right);
 }
 
-/// From column x of the blocks on.
+/// Loads the blocks from column x on.
 inline RawBlocks raw_blocks(const float* upper, const float* lower, int x) {
     return {{load<F>(upper + 2 * x), load<F>(upper + 2 * x + lanes)}, {load<F>(lower + 2 * x), load<F>(lower + 2 * x + lanes)}};
 }
-/// The same of a channel of the G-buffer, 0 where there are no pixels.
+/// Loads the blocks of a channel of the G-buffer; 0 outside the picture.
 inline RawBlocks raw_blocks(const PixelRows& pixels, int channel, int x) {
     const int known = std::clamp(pixels.columns - 2 * x, 0, 2 * lanes);
     if (pixels.rows == 2 && known == 2 * lanes) return raw_blocks(pixels.from.at(channel), pixels.from.at(channel, 1), x);
@@ -56,7 +57,8 @@ inline RawBlocks raw_blocks(const PixelRows& pixels, int channel, int x) {
 inline Phases blocks(const float* upper, const float* lower, int x) { return raw_blocks(upper, lower, x).phases(); }
 inline Phases blocks(const PixelRows& pixels, int channel, int x) { return raw_blocks(pixels, channel, x).phases(); }
 
-/// The doubled picture's phases. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour, in each direction.
+/// The phases of the doubled picture. Bilinear weights: 3/4 for a pixel and 1/4 for the nearer neighbour in each
+/// direction.
 inline Phases doubled(const Doubled& coarse, int x) {
     const F near = constant(0.75f), far = constant(0.25f);
     F upper[3], lower[3];
@@ -69,7 +71,7 @@ inline Phases doubled(const Doubled& coarse, int x) {
              fma(far, lower[0], near * lower[1]), fma(far, lower[2], near * lower[1])}};
 }
 
-/// 3x3 sums in phases, channels from the first on, by the Gaussian's weights 1, 2, 1 in each direction, not divided by 16.
+/// 3x3 sums in phases, from channel `first` on, with the Gaussian weights 1, 2, 1 in each direction. Not divided by 16.
 inline Phases gaussian_sums(const ConstRows& phases, int x, int first = 0) {
     F upper[4], lower[4];  // down the columns 2x - 1, 2x, 2x + 1 and 2x + 2
     for (int i = 0; i < 4; ++i) {
@@ -85,7 +87,7 @@ inline Phases gaussian_sums(const ConstRows& phases, int x, int first = 0) {
              across(lower[0], lower[1], lower[2]), across(lower[1], lower[2], lower[3])}};
 }
 
-/// Writes the blocks from column x on.
+/// Stores the blocks from column x on.
 inline void store_blocks(const PictureRows& picture, int x, const F (&phases)[4]) {
     for (int y = 0; y < picture.rows; ++y) {
         float* to = picture.row + picture.stride * y + 2 * x;

@@ -11,7 +11,7 @@
 namespace bob {
 namespace {
 
-/// Winograd's factors of the three taps of a column, for two rows or four: what the kernels multiply by the differences.
+/// Winograd's transform of the three taps of a column, for two or four rows: the factors for the kernels' differences.
 std::vector<double> winograd_taps(int rows, double g0, double g1, double g2) {
     if (rows == 2) return {g0, (g0 + g1 + g2) / 2, (g0 - g1 + g2) / 2, g2};
     constexpr double a = winograd_near, b = winograd_far;
@@ -61,7 +61,7 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
     const auto& kernels = best_conv_kernels();
     const auto kernel = rows_ == 2 ? kernels.two_rows : block_ == 5 ? kernels.five : block_ == 4 ? kernels.four : kernels.one;
     const bool enlarged = then == Then::relu_upsample || then == Then::shuffle;
-    const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
+    const int merged = then == Then::shuffle ? 4 : 1;  // convolution channels per output channel
     const auto channels_of = [&](const Channels& from, int first, int count, int y) {
         ConvInput result{from.planes.row(from.first + first, y) + from.column, {}, from.planes.plane_stride(), count};
         for (int i = 0; i < rows_ + 2; ++i) result.rows[i] = from.planes.offset(y, y - 1 + i);
@@ -86,9 +86,9 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
             }
         }
     };
-    // Pieces of some tens of microseconds: enough for the threads to share, few enough to hand out. Where few rows are asked for, they are
-    // parts of rows.
-    constexpr std::int64_t worthwhile = 500'000;  // products of a piece
+    // Pieces of some tens of microseconds balance the threads at little overhead. For few rows, the pieces are parts of
+    // rows.
+    constexpr std::int64_t worthwhile = 500'000;  // products per piece
     const std::int64_t products = std::int64_t{9} * rows_ * inputs * out_ * width;
     const int times = (end - begin + rows_ - 1) / rows_, tiles = (width + conv_tile - 1) / conv_tile;
     const int most = static_cast<int>(std::min<std::int64_t>(tiles, products / worthwhile));

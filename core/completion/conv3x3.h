@@ -1,4 +1,4 @@
-/// 3x3 convolutions with zero padding: the arithmetic of every network here.
+/// 3x3 convolutions with zero padding, shared by all networks.
 #pragma once
 
 #include <algorithm>
@@ -10,25 +10,30 @@
 
 namespace bob {
 
-/// Channels of an image that a convolution reads, from a column on.
+/// Channels of an image that a convolution reads, from `column` on.
 struct Channels {
     const Planes& planes;
     int first, count, column = 0;
 };
 
-/// The weights of a convolution in groups, as PyTorch's Conv2d has them, rearranged for the kernels.
+/// Weights of a grouped convolution, as PyTorch's Conv2d has them, rearranged for the kernels.
 class Conv3x3 {
 public:
-    /// weight: (out, in / groups, 3, 3); bias: (out,). `rows` of the result are computed at once, 2 or 4, from a multiple of
-    /// that on: four are faster; two, of a multiple of four channels in each group, depend on fewer of the rows around them.
+    /// weight: (out, in / groups, 3, 3); bias: (out,).
+    ///
+    /// The kernels compute `rows` rows at a time, 2 or 4, starting at multiples of it. Four are faster. Two need a
+    /// multiple of four channels in each group and depend on fewer neighbouring rows.
     Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups, int rows);
 
-    /// Convolves the rows `begin` to `end` of one image's channels followed by another's, which may be none; with groups, of one
-    /// image. They are as high as the output and, in their columns, at least as wide as the first. `begin` is a multiple of `rows`, `end` too or the height. Output channel c is written to the
-    /// channel `output_channel[c]` of `output`; shuffled, channels 4c to 4c + 3 are. Uses all threads.
+    /// Convolves the rows `begin` to `end` of one image's channels followed by another's. The second may be empty, and
+    /// must be with groups.
+    ///
+    /// The images are as high as the output and, from their columns on, at least as wide as the first. `begin` is a
+    /// multiple of `rows`; `end` is one too, or the height. Output channel c is written to channel `output_channel[c]`
+    /// of `output`; with `Then::shuffle`, channels 4c to 4c + 3 are. Uses all threads.
     void operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel, Then then,
                     int begin, int end) const;
-    /// The same with the output's channels in order, from `first_output` on.
+    /// Writes the output channels in order, from `first_output` on.
     void operator()(const Channels& input, const Channels& more, Planes& output, int first_output, Then then, int begin,
                     int end) const;
     void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
@@ -40,13 +45,13 @@ public:
     [[nodiscard]] int out() const { return out_; }
     [[nodiscard]] int groups() const { return groups_; }
     [[nodiscard]] int rows() const { return rows_; }
-    /// So many rows and the rest of those that are computed together with the last, of an image of that height.
+    /// Rounds up to whole groups of `rows`, up to the height of the image.
     [[nodiscard]] int whole(int rows, int height) const { return std::min((rows + rows_ - 1) / rows_ * rows_, height); }
 
 private:
     int in_, out_, groups_, rows_;
-    int block_;                  // output channels that a kernel computes at once: 4, 5 or 1
-    std::vector<float> weight_;  // (out / block, rows + 2, in / groups, 3, block); in blocks of one (out, in / groups, 3, 3)
+    int block_;                  // output channels per kernel call: 4, 5 or 1
+    std::vector<float> weight_;  // (out / block, rows + 2, in / groups, 3, block); for blocks of one (out, in / groups, 3, 3)
     std::vector<float> bias_;    // (out,)
 };
 

@@ -5,26 +5,27 @@
 
 #include "base/simd.h"
 
-/// Winograd's F(n, 3) down the columns: n rows of results from n + 2 rows of pixels by as many products (Lavin and Gray, "Fast
-/// Algorithms for Convolutional Neural Networks", 2016). The differences that are multiplied are kept for all output channels, and
-/// one product follows the other, so that few registers are enough. Unrolling the taps costs AVX2 up to a fifth.
+/// Winograd's F(n, 3) down the columns. It computes n rows of results from n + 2 rows of pixels with n + 2 products
+/// (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016). All output channels share the
+/// transformed inputs, and one product follows the other, so that few registers suffice. Unrolling the taps costs AVX2
+/// up to a fifth.
 ///
-/// Much of what networks see and of what rectified layers make is 0: where an input is 0 over the few vectors that are computed at
-/// once, it is left out, which changes no bit. Of a picture with 5 % of its pixels that is half of all products.
+/// Many inputs are 0, as sparse pictures and rectified layers are. An input that is 0 across the vectors computed
+/// together is skipped, which changes no bit. For a picture with 5 % of its pixels that skips half of all products.
 namespace bob::BOB_ISA {
 namespace {
 
-/// Vectors side by side, at most: the sums of a block, the pixels and a weight lie in registers, and an input is 0 in more places the
-/// fewer there are. With five in AVX-512 one Zen 4 core takes a tenth longer.
+/// Maximum number of vectors computed together. The sums of a block, the pixels and a weight stay in registers, and
+/// fewer vectors find more inputs that are 0. Five in AVX-512 cost one Zen 4 core a tenth more time.
 constexpr int most_vectors = 2;
 
-/// Sums of a block of output channels, in some rows.
+/// Sums of a block of output channels, in `Rows` rows.
 template <int Rows, int Block, int Vectors>
 struct Sums {
     F at[Rows][Block][Vectors];
 };
 
-/// The differences that the products need, of one column. Winograd's matrices B and A transposed, and G in conv3x3.cpp.
+/// The transformed inputs of one column: Winograd's matrices B and A transposed; G is in conv3x3.cpp.
 template <int Rows>
 struct Winograd;
 
@@ -67,11 +68,11 @@ struct Winograd<4> {
     }
 };
 
-/// Parts of a tile that are computed one after the other, from the inputs that are not 0 everywhere in and around them.
+/// Parts of a tile, computed one after the other. Each reads the inputs that are not 0 everywhere in and next to it.
 struct Steps {
     int count, begin[conv_steps + 1];  // in vectors
-    int inputs[conv_steps] = {};       // how many are used
-    std::uint64_t seen[conv_steps];    // the vectors that a step sees, one bit each; of the last, two columns
+    int inputs[conv_steps] = {};       // number of inputs used
+    std::uint64_t seen[conv_steps];    // vectors that a step reads, one bit each; two columns only of the last
 
     explicit Steps(int columns) {
         const int vectors = (columns + lanes - 1) / lanes;
@@ -81,17 +82,17 @@ struct Steps {
     }
 };
 
-/// Finds the inputs that are used in columns x to x + columns. Calls `keep(number, i, pixels)` with the columns from x - 1 + i on of each
-/// of them, as they lie in the rows.
+/// Finds the inputs that are not 0 in columns x to x + columns. Calls `keep(number, i, pixels)` for each with its
+/// columns from x - 1 + i on, in memory order.
 template <int Rows, class Keep>
 inline void find_used(const ConvRows& rows, int x, int columns, Steps& steps, Keep keep) {
     const int inputs = rows.inputs[0].channels + rows.inputs[1].channels;
     int number = 0;
     for (const ConvInput& whole : rows.inputs) {
-        const ConvInput input = whole;  // a copy, which no store can change
+        const ConvInput input = whole;  // a copy, which no store can alias
         const float* corner = input.row + x - 1;
         for (int channel = 0; channel < input.channels; ++channel, ++number, corner += input.plane_stride) {
-            std::uint64_t used = 0, used_first = 0;  // vectors that are not 0, and not in their first two columns
+            std::uint64_t used = 0, used_first = 0;  // nonzero vectors, and vectors nonzero in their first two columns
             for (int i = 0, vector = 0; i < columns + 2; i += lanes, ++vector) {
                 F pixels[Rows + 2];
                 M any{};
@@ -121,7 +122,7 @@ inline void find_used(const ConvRows& rows, int x, int columns, Steps& steps, Ke
     }
 }
 
-/// Keeps the differences of columns x - 1 to x + columns of all inputs that are used.
+/// Stores the transformed columns x - 1 to x + columns of all nonzero inputs.
 template <int Rows>
 void keep_differences(const ConvRows& rows, int x, int columns, Steps& steps) {
     constexpr int products = Winograd<Rows>::products;
@@ -135,7 +136,7 @@ void keep_differences(const ConvRows& rows, int x, int columns, Steps& steps) {
     });
 }
 
-/// The convolution at some vectors of pixels, from the differences kept, at column x of the tile.
+/// Convolves some vectors of pixels from the stored transforms, at column x of the tile.
 template <int Rows, int Block, int Vectors>
 inline Sums<Rows, Block, Vectors> convolve(const ConvRows& rows, int x, const int* used, int count) {
     constexpr int products = Winograd<Rows>::products;
@@ -187,8 +188,7 @@ inline Sums<Rows, Block, Vectors> convolve(const ConvRows& rows, int x, const in
     return sums;
 }
 
-/// The convolution of a single output channel by its definition, at some vectors of pixels from column x on: differences would be used
-/// only once.
+/// Convolves a single output channel directly, for some vectors from column x on: a transform would be used only once.
 template <int Rows, int Vectors>
 inline Sums<Rows, 1, Vectors> convolve_one(const ConvRows& rows, int x, const int* used, int count) {
     Sums<Rows, 1, Vectors> sums;
@@ -221,7 +221,7 @@ inline Sums<Rows, 1, Vectors> convolve_one(const ConvRows& rows, int x, const in
 
 inline F relu(F v) { return max(v, F{}); }
 
-/// Writes one row of sums to row `y` of the output, or to rows 2y and 2y + 1 if it is enlarged.
+/// Writes one row of sums to row `y` of the output; if enlarged, to rows 2y and 2y + 1.
 template <int Block, int Vectors>
 inline void write(const ConvRows& rows, const F (&sums)[Block][Vectors], int y, int x, Then then) {
     const auto row = static_cast<std::size_t>(y) * rows.output_row_stride;
@@ -255,7 +255,7 @@ inline void write(const ConvRows& rows, const F (&sums)[Block][Vectors], int y, 
     }
 }
 
-/// Writes the 2x2 maxima of two rows to row `y`.
+/// Writes the maxima of 2x2 sums to row `y`.
 template <int Block, int Vectors>
 inline void write_pooled(const ConvRows& rows, const F (&upper)[Block][Vectors], const F (&lower)[Block][Vectors], int y, int x) {
     for (int channel = 0; channel < Block; ++channel) {
@@ -269,7 +269,7 @@ inline void write_pooled(const ConvRows& rows, const F (&upper)[Block][Vectors],
     }
 }
 
-/// A block of output channels over `vectors` vectors from column x on, which lies at column `at` of the tile.
+/// A block of output channels for `vectors` vectors from column x on, at column `at` of the tile.
 template <int Rows, int Block, int Vectors = most_vectors>
 inline void conv_step(const ConvRows& rows, int vectors, int x, int at, const int* used, int count, Then then) {
     if constexpr (Vectors > 1) {
@@ -288,7 +288,7 @@ inline void conv_step(const ConvRows& rows, int vectors, int x, int at, const in
     }
 }
 
-/// Tile by tile, all output channels from the same differences.
+/// Tile by tile, computes all output channels from the same transforms.
 template <int Rows, int Block>
 void conv(const ConvRows& rows, Then then) {
     const int inputs = rows.inputs[0].channels + rows.inputs[1].channels;

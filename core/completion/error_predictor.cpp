@@ -11,17 +11,17 @@
 namespace bob {
 namespace {
 
-/// Distances beyond this, in pixels, are all alike.
+/// Clamp for distances, in pixels.
 constexpr int far_away = 64;
 
-/// Logarithms are kept within these, so that no picture is beyond float32.
+/// Clamps for logarithms: every picture stays within float32.
 constexpr float lowest = -14, highest = 0;
 
 /// A traced pixel.
 struct Known {
     std::int32_t row, column;
     float gray, depth, normal_x, normal_y;
-    float residual;  // how wrong the network's own output is there
+    float residual;  // error of the network's own output at this pixel
     bool hit;
 };
 
@@ -36,7 +36,7 @@ const std::vector<float>& logarithms_of_squares() {
     return table;
 }
 
-/// The traced pixels of a G-buffer, and which of them are near.
+/// The traced pixels of a G-buffer, and the nearest of them for every pixel.
 class Surroundings {
 public:
     Surroundings(const Layout& layout, const float* planes, const float* gray, int height, int width)
@@ -65,7 +65,7 @@ public:
         return i >= 0 && known_[static_cast<std::size_t>(i)].row == row && known_[static_cast<std::size_t>(i)].column == column;
     }
 
-    /// The features of a pixel that is not known, `stride` floats apart.
+    /// The features of an untraced pixel, `stride` floats apart.
     void describe(int row, int column, float* features, std::size_t stride) const {
         const std::size_t at = index(row, column);
         const float completed = clamped(completed_[at]);
@@ -105,7 +105,7 @@ private:
     static constexpr std::int32_t none = -1;
 
     struct Range {
-        float low = 2, high = -2;  // beyond all values
+        float low = 2, high = -2;  // outside all values
         void add(float value) { low = std::min(low, value), high = std::max(high, value); }
         [[nodiscard]] float size() const { return std::max(0.f, high - low); }
     };
@@ -121,8 +121,8 @@ private:
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
     }
 
-    /// Hands the nearest on from pixel to pixel, away from the corner in which the quadrant lies. That is the nearest by
-    /// the number of steps along rows and columns, and by length nearly always.
+    /// Propagates the nearest traced pixels across the picture, away from the quadrant's corner. They are the nearest
+    /// by steps along rows and columns, and nearly always the nearest by distance.
     void search(int quadrant) {
         auto& nearest = nearest_[static_cast<std::size_t>(quadrant)];
         const int down = quadrant & 1 ? -1 : 1, right = quadrant & 2 ? -1 : 1;
@@ -146,7 +146,7 @@ private:
 
     int height_, width_;
     std::vector<Known> known_;
-    std::vector<float> completed_, agreement_;  // gray after interpolation, and how far that was interpolated
+    std::vector<float> completed_, agreement_;  // gray after interpolation, and the weight of the interpolation
     std::array<std::vector<std::int32_t>, 4> nearest_;  // of each pixel, by quadrant
     const std::vector<float>& logarithms_ = logarithms_of_squares();
 };

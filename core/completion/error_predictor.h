@@ -1,4 +1,4 @@
-/// How wrong a completed picture is expected to be.
+/// Prediction of the error of a completed picture.
 #pragma once
 
 #include <array>
@@ -11,23 +11,23 @@
 
 namespace bob {
 
-/// Predicts the absolute error of completed gray, pixel by pixel, from the nearest traced pixels around it: how far they
-/// are, how much they differ, and how well the network repeats what it was told there.
+/// Predicts the absolute error of completed gray for each pixel.
 ///
-/// Learned on many pictures (learn/calibrate.py), as a network of one hidden layer whose output is the error's logarithm. It
-/// knows nothing of the network that completed the picture but its output, so that it does for any.
+/// The features describe the nearest traced pixels: their distances, their contrast, and the network's own error there.
+/// A network with one hidden layer, trained on many pictures (learn/calibrate.py), predicts the error's logarithm. It
+/// sees only the output of the completing network, so it works for any.
 class ErrorPredictor {
 public:
     /// Tensors: hidden.weight (H, features), hidden.bias (H,), output.weight (1, H), output.bias (1,). Throws
     /// std::invalid_argument if one is missing or does not fit.
     explicit ErrorPredictor(const Weights& weights);
 
-    /// planes: (layout.width(), height, width) of a G-buffer; gray: (height, width), a network's own output, which is
-    /// interpolated here as where it is shown; error: (height, width), at least 0, and 0 where traced. Throws
+    /// planes: (layout.width(), height, width) of a G-buffer. gray: (height, width), a network's own output,
+    /// interpolated here as for display. error: (height, width), at least 0, and 0 where traced. Throws
     /// std::invalid_argument if the layout lacks a channel.
     void operator()(const Layout& layout, const float* planes, const float* gray, int height, int width, float* error) const;
 
-    /// What the prediction is made from, (features, height, width), for those who learn; 0 where traced.
+    /// The features of the prediction, (features, height, width), for training; 0 where traced.
     static void features(const Layout& layout, const float* planes, const float* gray, int height, int width, float* features);
 
 private:

@@ -7,24 +7,24 @@
 
 namespace bob {
 
-/// What is known of a pixel that was not traced, from the nearest traced pixel in each of the four quadrants around it. Of a
-/// quadrant without one, only the distance counts, the greatest.
+/// Features of an untraced pixel, from the nearest traced pixel in each of its four quadrants. An empty quadrant adds
+/// only the maximum distance.
 namespace error_features {
 enum : int {
-    nearest,  // binary logarithm of the distances in pixels, from the least to the greatest
+    nearest,  // binary logarithm of the distances in pixels, in ascending order
     second,
     third,
     farthest,
-    gray_range,    // the greatest less the least
-    hit_range,     // 1 where some hit and some missed
-    normal_range,  // of x and y, added
-    depth_range,   // of those that hit
+    gray_range,    // maximum minus minimum
+    hit_range,     // 1 if some hit and some missed
+    normal_range,  // sum over x and y
+    depth_range,   // of the hits
     any_hit,
-    residual,        // how wrong the network is at them: mean, weighted by 1 / distance^2
+    residual,        // mean error of the network at them, weighted by 1 / distance^2
     greatest_change,  // from them to the completed gray
-    mean_change,      // weighted likewise
+    mean_change,      // with the same weights
     gray,             // completed
-    agreement,        // how far it was interpolated (`interpolate_lattice`)
+    agreement,        // weight of the interpolation (`interpolate_lattice`)
     count
 };
 }
@@ -39,7 +39,8 @@ struct ErrorLayers {
 };
 
 struct ErrorPredictorKernels {
-    /// The logarithms of the errors of `width` pixels, a multiple of 16, from features that lie `stride` floats apart.
+    /// Predicts the logarithms of the errors of `width` pixels, a multiple of 16, from features that are `stride`
+    /// floats apart.
     void (*predict)(const ErrorLayers& layers, const float* features, std::size_t stride, int width, float* logarithms);
 };
 

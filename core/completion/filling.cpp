@@ -14,7 +14,7 @@
 namespace bob {
 namespace {
 
-// Rows of blocks that a thread completes at a time, at least: what lies beside them is compared twice.
+// Minimum number of block rows that a thread completes at a time; rows next to a piece are compared twice.
 constexpr int least_rows = 16;
 
 DoubledPair doubled(const Planes& filled, int y) {
@@ -23,14 +23,14 @@ DoubledPair doubled(const Planes& filled, int y) {
 
 }  // namespace
 
-/// Makes a level's pictures from the coarser ones and what was traced of its blocks, pairs of rows in turn.
+/// Refines the pictures of the coarser level by the traced pixels of a level's blocks, two rows at a time.
 class Filling::Correction {
 public:
     /// `counts_of(y)` returns the counts of the rows 2y and 2y + 1.
     Correction(const Planes& coarse, std::function<ConstRows(int)> counts_of)
         : coarse_(coarse), counts_of_(std::move(counts_of)), surprise_(surprise::channels, coarse.height(), coarse.width(), 3) {}
 
-    /// Makes the rows 2y and 2y + 1; y is one more than the last time.
+    /// Writes the rows 2y and 2y + 1; y is one more than in the last call.
     void operator()(int y, Planes& filled) {
         const auto& kernels = best_filling_kernels();
         const int height = coarse_.height(), width = coarse_.width();
@@ -64,7 +64,7 @@ struct Filling::Pixels {
     }
 };
 
-/// What is kept of level 2 and coarser ones. Level 1 is made in bands, when the pixels are.
+/// The images of level 2 and coarser. Level 1 is computed in bands, together with the pixels.
 struct Filling::Images {
     struct Level {
         Planes counts;  // counts::channels
@@ -72,7 +72,7 @@ struct Filling::Images {
     };
 
     int height, width;
-    std::vector<Level> of;  // of level 2 first, the last coarser than all and 0
+    std::vector<Level> of;  // level 2 first; the last is a level of zeros, coarser than all
 
     Images(int height, int width) : height(height), width(width) {
         height = half(height), width = half(width);
@@ -97,7 +97,7 @@ Filling::~Filling() = default;
 std::array<Band, Filling::levels> Filling::needed(Band band) {
     std::array<Band, levels> result;
     result[0] = {band.begin / 2, half(band.end)};
-    // What is made of a row sees two beside it, of its own level 1 and of those coarser rows of which levels are corrected.
+    // A result depends on two rows on either side in its own level 1 and in all coarser corrected levels.
     const auto coarser = [](Band rows) { return Band{std::max(0, rows.begin - 2) / 2, half(rows.end + 2)}; };
     Band corrected = coarser(result[0]);
     for (std::size_t i = 1; i < result.size(); ++i) result[i] = corrected = coarser(corrected);
@@ -130,7 +130,7 @@ void Filling::operator()(const float* planes, int height, int width, float* gray
 
 void Filling::pull(const Pixels& pixels, Images& images, int begin, int end) {
     const auto& kernels = best_filling_kernels();
-    // All levels of a row of the coarsest level's blocks, while they are in the cache.
+    // Pulls all levels of one row of coarsest blocks while they are in the cache.
     const int width = half(images.width);
     Planes finest(counts::channels, 2, width);
     for (int coarsest = begin; coarsest < end; ++coarsest) {
@@ -158,7 +158,7 @@ void Filling::push(int level, Images& images, int begin, int end) {
 void Filling::finish(const Pixels& pixels, Images& images, float* gray, int begin, int end) {
     const auto& kernels = best_filling_kernels();
     const int height = half(pixels.height), width = half(pixels.width);
-    // Of level 1, windows of a few rows.
+    // Windows of a few rows of level 1.
     Planes counts(counts::channels, height, width, 2), filled(filled::channels, height, width, 6);
     Correction correction(images.at(2).filled, [&](int y) {
         for (int finer = 2 * y; finer < std::min(2 * y + 2, height); ++finer) {

@@ -8,7 +8,7 @@ namespace {
 constexpr float softness = 0.05f;   // SOFTNESS in filling.py
 constexpr float sharpness = 2.0f;   // SHARPNESS
 
-/// Of the pixels of two rows, as counts of one pixel each.
+/// The pixels of two rows, as counts of one pixel each.
 struct Counts {
     Phases of[counts::channels];
 };
@@ -56,7 +56,8 @@ inline void compare_with(const DoubledPair& coarse, const From& from, const Rows
 void compare(DoubledPair coarse, ConstRows finer, Rows to, int width) { compare_with(coarse, finer, to, width); }
 void compare_pixels(DoubledPair coarse, PixelRows pixels, Rows to, int width) { compare_with(coarse, pixels, to, width); }
 
-/// The doubled picture, corrected by the surprise of what was traced there, or else by the mean surprise of what is around.
+/// The doubled picture plus the surprise of a block's traced pixels. Without traced pixels, the mean surprise of its
+/// neighbours.
 inline Phases corrected(const Doubled& coarse, const ConstRows& from, int count, int sum, int x) {
     const F least = constant(16 * softness);
     Phases result = doubled(coarse, x);

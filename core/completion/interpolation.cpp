@@ -20,51 +20,52 @@
 namespace bob {
 namespace {
 
-/// Corners that differ by more of a channel's range say nothing about what lies between them.
+/// Maximum contrast between two corners, as a share of the channel's range; above it they predict nothing between them.
 constexpr float most_contrast = 0.15f;
 
-/// Over longer ways two corners agree that have a highlight between them: there all four have to.
+/// Maximum distance over which two corners decide. Over longer ones a highlight may lie between them, and all four have
+/// to agree.
 constexpr int longest_pair = 4;
 
 constexpr float unknown = std::numeric_limits<float>::infinity();
 
-/// Lattices whose pixels lie so far apart are kept of whole pictures, finer ones of a band at a time.
+/// Lattices of at least this spacing are stored for the whole picture, finer ones for a band.
 constexpr int coarse_step = 8;
 
-/// Rows of the picture that are finished together, while what they need is in the cache.
+/// Picture rows finished together, while their inputs are in the cache.
 constexpr int band_rows = 32;
 
 constexpr int coarsest_step = static_cast<int>(Tile::side);
 
-/// The smaller of two, and the larger; b where either is NaN, as in vectors.
+/// Minimum and maximum; b if either is NaN, as in vector code.
 float least(float a, float b) { return a < b ? a : b; }
 float most(float a, float b) { return a > b ? a : b; }
 
-/// The first row and column of the lattice whose pixels lie `step` apart, and how many there are in so many pixels.
+/// The first row and column of the lattice with spacing `step`, and its number of nodes across `size` pixels.
 constexpr int first_of(int step) { return lattice_first % step; }
 constexpr int count_of(int size, int step) { return size > first_of(step) ? (size - first_of(step) - 1) / step + 1 : 0; }
 
-/// Where the next coarser lattice lies in this one: at its even rows and columns, or at the odd ones.
+/// Phase of the next coarser lattice in this one: its even rows and columns, or the odd ones.
 constexpr int phase_of(int step) { return (first_of(2 * step) - first_of(step)) / step; }
 
-/// Rows of a lattice between which those of the next finer one lie.
+/// Rows of the next coarser lattice that enclose the rows of a lattice.
 Band coarser(Band rows, int step, int height) {
     const int phase = phase_of(step);
     return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
 }
 
-/// Of which nodes in the columns of the coarser lattice, and between them, some nodes of a lattice are made: those beside them, too, and in
-/// turn those beside these.
+/// The range of coarser nodes, on the columns and between them, that nodes of a lattice depend on. Includes two
+/// neighbours on either side.
 Stretch made_for(Stretch some) { return aligned({std::max(0, some.begin / 2 - 2), some.end / 2 + 2}); }
 
 ConstNodes row_of(const Planes& nodes, int y) { return {nodes.row(0, y), nodes.plane_stride()}; }
 
-/// What a thread needs: nodes are planes of their contrast and their components.
+/// The memory of a thread. Nodes are planes of their contrast and their components.
 struct Lattices {
     int height, width;
-    Planes traced;              // of the lattice's pixels in a row
-    Planes made;                // between a coarser lattice's nodes: two rows of middles, two of those beside them, and one of others
-    std::vector<Planes> nodes;  // of those whose pixels lie 2, 4, 8, ... apart, down to `coarse_step` of a band
+    Planes traced;              // traced pixels of a lattice row
+    Planes made;                // between coarser nodes: two rows of square centres, two rows between their columns, and one other row
+    std::vector<Planes> nodes;  // of spacings 2, 4, 8, ...; up to `coarse_step` only a band
 
     Lattices(int height, int width, int components)
         : height(height), width(width), traced(1 + components, 1, half(width)), made(1 + components, 5, half(width)) {
@@ -74,26 +75,26 @@ struct Lattices {
     }
 };
 
-/// Of one component, and of three: as many as the threads of small machines use.
+/// For one and for three components; enough for the threads of small machines.
 std::array<Spare<Lattices>, 2> spare{Spare<Lattices>(8), Spare<Lattices>(8)};
 
-/// Rows of a picture: its mask, what a channel showed where it was traced, and what is made of it.
+/// Rows of a picture: its mask, the traced values of a channel, and the output.
 struct Picture {
     const float *mask, *traced;
     float *output, *weights;  // weights may be null
-    std::size_t plane;        // floats from a component to the next, of what was traced and of the output
+    std::size_t plane;        // floats from component to component, of the traced values and of the output
     int height, width;
-    std::span<const Stretch> lit;  // of each two rows; if there are any, the rest is black, and traced pixels are put back
+    std::span<const Stretch> lit;  // of each two rows; if given, the rest is black, and traced pixels are restored
 };
 
-/// One of those between which a row of nodes lies: node i beside `nodes` i + `shift`, if there is such a row and column.
+/// A neighbouring row of nodes: node i lies next to `nodes` i + `shift`, if that row and column exist.
 struct Corner {
     ConstNodes nodes;
     int shift, count;
 };
 
-/// Of one component, or of a colour's three, which agree or differ together. What lies in a lattice is made of the next coarser one: first
-/// the middles of its squares, and then what lies between two corners and two middles.
+/// Interpolates one component, or the three of a colour, which share their weights. Each lattice is refined from the
+/// next coarser one: first the centres of its squares, then the nodes between two corners and two centres.
 class Interpolation {
 public:
     Interpolation(const Picture& picture, int components, float range)
@@ -103,7 +104,7 @@ public:
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;
 
-    /// From the coarsest squares to the finest.
+    /// Refines from the coarsest squares to the finest.
     void operator()() {
         auto& nodes = lattices_->nodes;
         begin(nodes.back());
@@ -137,13 +138,13 @@ private:
 
     [[nodiscard]] bool puts_back() const { return !picture_.lit.empty(); }
 
-    /// Columns of pixels, in whole vectors of nodes of either kind.
+    /// Columns of pixels, in whole vectors of nodes of either parity.
     [[nodiscard]] Stretch improved_in(Band rows) const {
         if (!puts_back()) return {0, picture_.width};
         return within(aligned(joined(picture_.lit, rows.begin / 2, half(rows.end)), 2 * max_lanes), picture_.width);
     }
 
-    /// Which nodes of the coarser lattice are read for some of a lattice.
+    /// The range of coarser nodes read for a range of nodes.
     static Stretch read_for(Stretch some) {
         const Stretch made = made_for(some);
         return {std::max(0, made.begin - 1), made.end + 1};
@@ -160,7 +161,7 @@ private:
         }
     }
 
-    /// What was traced of a lattice's row, in some columns.
+    /// Loads the traced pixels of a lattice row, in some columns.
     TracedRow traced_row(int step, int y, Stretch some, Lattices& lattices) const {
         const std::size_t first = static_cast<std::size_t>(first_of(step) + step * y) * static_cast<std::size_t>(picture_.width);
         TracedRow row{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
@@ -173,7 +174,7 @@ private:
         return row;
     }
 
-    /// Of the coarsest lattice what was traced.
+    /// Loads the traced pixels of the coarsest lattice.
     void begin(Planes& nodes) {
         for (int y = 0; y < nodes.height(); ++y) {
             const TracedRow row = traced_row(coarsest_step, y, {0, nodes.width()}, *lattices_);
@@ -190,7 +191,8 @@ private:
         }
     }
 
-    /// Rows of a lattice, in some columns, from the coarser one: to its nodes, or to the picture where these are null.
+    /// Refines rows of a lattice, in some columns, from the coarser one. Writes its nodes or, if `nodes` is null, the
+    /// picture.
     void refine(int step, const Planes& coarse, Band rows, Stretch some, Lattices& lattices, Planes* nodes) {
         const Stretch made = made_for(some), traced_in{2 * made.begin, 2 * made.end};
         const int phase = phase_of(step), height = count_of(picture_.height, step), columns = count_of(picture_.width, step);
@@ -200,8 +202,8 @@ private:
         };
         const auto made_row = [&](int place) { return Nodes{lattices.made.row(0, place), lattices.made.plane_stride()}; };
         const auto read = [](const Nodes& nodes) { return ConstNodes{nodes.contrast, nodes.plane}; };
-        int done = -1;  // the last row of middles that was made
-        /// Makes a row of middles, and what lies in it between a corner above and one below.
+        int done = -1;  // the last row of centres computed
+        /// Computes a row of centres and its nodes between a corner above and one below.
         const auto middle_row = [&](int i, int shift) {
             if (i < 0 || i >= middle_rows) return Corner{{}, shift, middles};
             const Nodes to = made_row(i % 2);
@@ -217,7 +219,7 @@ private:
             return Corner{read(to), shift, middles};
         };
         for (int y = rows.begin; y < rows.end; ++y) {
-            ConstNodes at[2];  // in the coarser lattice's columns, and between them
+            ConstNodes at[2];  // on the columns of the coarser lattice, and between them
             if (y % 2 == phase) {
                 const int corner = y / 2;
                 const Corner above = middle_row(corner + phase - 1, 0), below = middle_row(corner + phase, 0);
@@ -245,7 +247,7 @@ private:
         }
     }
 
-    /// A row of nodes between corners, two opposite ones and then the other two.
+    /// Computes a row of nodes between corners, given as two opposite pairs.
     void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, Stretch some, int count) const {
         some = within(some, count);
         const bool inside = std::all_of(std::begin(corners), std::end(corners), [](const Corner& c) { return c.nodes.contrast != nullptr; });
@@ -260,7 +262,7 @@ private:
         }
     }
 
-    /// Node i, of all corners that are not beyond the picture.
+    /// Computes node i from all corners inside the picture.
     void make_of_all(const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int i) const {
         const auto value_of = [&](int c) -> float& { return to.value(c)[i]; };
         if (const int column = 2 * i + phase; traced.mask[column] > 0) {
@@ -300,7 +302,7 @@ private:
     std::unique_ptr<Lattices> lattices_;
 };
 
-/// Of one channel, some rows of which are looked at and written: all of a picture, or those around a band.
+/// Interpolates one channel, reading and writing either all rows or the rows around a band.
 void interpolate(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
                  int height, int width, Band rows, std::span<const Stretch> lit = {}) {
     const std::size_t line = static_cast<std::size_t>(width), pixels = static_cast<std::size_t>(height) * line;
@@ -322,7 +324,7 @@ void interpolate_lattice(const Layout& known, const float* planes, const Layout&
 }
 
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width, Band band) {
-    // A pixel sees two steps of each lattice above and below, less than two tiles; tiles keep their places.
+    // A pixel depends on two steps of each lattice above and below, less than two tiles; tiles keep their places.
     constexpr int side = static_cast<int>(Tile::side);
     const Band rows{std::max(0, band.begin / side - 2) * side, std::min(height, band.end + 2 * side)};
     for (const Channel& channel : completed) {

@@ -9,7 +9,8 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// Calls `use` for each vector of pixels, and for the rest, padded with zeros, with those of them that exist.
+/// Calls `use` for each whole vector of pixels. The last pixels are padded with zeros, and only existing ones are
+/// stored.
 template <int Inputs, int Outputs, class Use>
 inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Outputs], std::size_t pixels, Use use) {
     F in[Inputs], out[Outputs];
@@ -32,7 +33,7 @@ inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Ou
     }
 }
 
-/// Two vectors of pixels from column x on, 0 beyond the row.
+/// Two vectors of pixels from column x on, 0 past the end of the row.
 struct Pair {
     F first, second;
 
@@ -55,7 +56,7 @@ private:
 };
 
 void halve(const TracedRow& whole, int components, int phase, float* to, std::size_t plane, Stretch some) {
-    const TracedRow from = whole;  // a copy, which what is written can't change
+    const TracedRow from = whole;  // a copy, which no store can alias
     for (int x = some.begin; x < some.end && 2 * x < from.columns; x += lanes) {
         const F mask = Pair(from.mask, from.columns, 2 * x).phase(phase);
         store(to + x, mask);
@@ -68,7 +69,7 @@ void halve(const TracedRow& whole, int components, int phase, float* to, std::si
     }
 }
 
-/// Of the four corners; and by how much they differ, if that is more than `most`. Apart, since few nodes are made so.
+/// The mean of the four corners, and their contrast in `most` if that is larger. Not inlined, since few nodes need it.
 [[gnu::noinline]] F mean_of_all(const NodesBetween& row, int component, int x, F& most) {
     F sum = load<F>(row.corners[0].value(component) + x), low = sum, high = sum;
     BOB_KEEP_LOOP
@@ -166,7 +167,7 @@ void improve(const ImprovedRow& given, Stretch some) {
         const M used[2] = {(contrasts[0] < unknown) & ~traced[0], (contrasts[1] < unknown) & ~traced[1]};
         const M put_back = row.put_back ? ~M{} : M{}, kept[2] = {traced[0] & put_back, traced[1] & put_back};
         const F weights[2] = {one - max(contrasts[0], zero) * per_contrast, one - max(contrasts[1], zero) * per_contrast};
-        /// Sets some pixels, of those that exist.
+        /// Stores only the pixels that exist.
         const auto set = [&](float* to, const M (&those)[2], auto value_of) {
             const Pair before(to, row.columns, 2 * x);
             const F first = select(those[0], value_of(0, before.first), before.first);

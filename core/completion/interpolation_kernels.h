@@ -1,5 +1,5 @@
-/// The inner loops of what follows a network, one variant for each instruction set. Rows are written in whole vectors, as those of
-/// `Planes` have room for.
+/// Inner loops after a network, one variant for each instruction set. Rows are written in whole vectors, into the
+/// padding of `Planes`.
 #pragma once
 
 #include <cstddef>
@@ -9,30 +9,30 @@
 
 namespace bob {
 
-/// In place of a node's contrast.
+/// Replaces the contrast of a black node.
 constexpr float black = -1;
 
-/// A row of what pixels are taken for, so-called nodes: by how much what each was made of differs at most, 0 where traced and infinity
-/// where nothing is known, and the values of one component or three in the planes that follow. Where all of that is 0, as the background
-/// is, the first may be `black`, so that no values need to be read.
+/// A row of nodes, the estimates of pixels. The first plane is the maximum contrast of a node's sources: 0 where
+/// traced, infinity where unknown. The next planes are the values of one component or three. If all of them are 0, as
+/// in the background, the first may be `black`, and the values need not be read.
 template <class T>
 struct NodesIn {
     T* contrast;
-    std::size_t plane;  // floats from a plane to the next
+    std::size_t plane;  // floats from plane to plane
 
     [[nodiscard]] T* value(int component) const { return contrast + static_cast<std::size_t>(component + 1) * plane; }
 };
 using Nodes = NodesIn<float>;
 using ConstNodes = NodesIn<const float>;
 
-/// A row of the G-buffer, or of every so many of its pixels: the mask, and what a channel showed.
+/// A row of the G-buffer, or every n-th of its pixels: the mask, and the values of a channel.
 struct TracedRow {
     const float *mask, *value;
-    std::size_t plane;  // floats from a component to the next
+    std::size_t plane;  // floats from component to component
     int columns;
 };
 
-/// Nodes at every other pixel of a row, and those between which they lie, opposite ones in pairs: node i lies at 2i + `phase`.
+/// Nodes at every other pixel of a row, and the rows around them in opposite pairs. Node i lies at 2i + `phase`.
 struct NodesBetween {
     int components, phase;
     bool by_pairs;
@@ -42,34 +42,35 @@ struct NodesBetween {
     Nodes to;
 };
 
-/// A row of a picture that is improved by the nodes of its even and its odd columns.
+/// A row of a picture, blended with the nodes of its even and its odd columns.
 struct ImprovedRow {
     int components;
     ConstNodes nodes[2];
     const float* mask;
     float weight_per_contrast;
     float* output;
-    std::size_t plane;  // floats from a component to the next
-    float* weight;      // how far the nodes count; may be null
+    std::size_t plane;  // floats from component to component
+    float* weight;      // weights of the nodes; may be null
     int columns;
-    bool put_back;      // whether traced pixels become as they were traced
+    bool put_back;      // whether traced pixels are restored
 };
 
 struct InterpolationKernels {
-    /// Every other pixel of a row, from the column `phase` on, values where there are traced ones alone: to a plane of the mask and those
-    /// of the components, which may be those that are read. `some` of what is written, from whole vectors on, as in all that follow.
+    /// Copies every other pixel of a row, from column `phase` on, to planes of the mask and components. Values are
+    /// copied only where traced, and may overlap the source. `some` is the range written, from a whole vector on, here
+    /// and below.
     void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane, Stretch some);
-    /// Nodes: of traced pixels these. Of others, by pairs, the mean of the two opposite corners that differ less, unless these differ too
-    /// much, a corner is unknown, or the two others lie off on the same side; else the mean of all four, unless these differ too much or
-    /// one is unknown.
+    /// Computes nodes. A traced pixel is its own node. By pairs, other nodes are the mean of the opposite pair of lower
+    /// contrast; unknown if that contrast is too large, a corner is unknown, or the other pair lies off to one side.
+    /// Otherwise they are the mean of all four corners; unknown if their contrast is too large or a corner is unknown.
     void (*between)(const NodesBetween& row, Stretch some);
-    /// The values of two rows in turn; `some` of these.
+    /// Interleaves the values of two rows.
     void (*zip)(const float* even, const float* odd, float* to, Stretch some);
-    /// Moves pixels that were not traced towards their nodes, and may put the others back.
+    /// Moves untraced pixels towards their nodes; optionally restores the others.
     void (*improve)(const ImprovedRow& row, Stretch some);
-    /// Puts traced pixels back.
+    /// Restores traced pixels.
     void (*put_back)(const TracedRow& traced, int components, float* output, std::size_t plane);
-    /// Traced pixels keep their values, the others are clamped to a channel's range, and NaN to its low end.
+    /// Keeps the values of traced pixels; clamps others to the channel's range, and NaN to its low end.
     void (*keep)(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels);
 };
 

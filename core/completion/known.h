@@ -9,9 +9,11 @@
 
 namespace bob {
 
-/// Puts the traced pixels of a G-buffer, planes (known.width(), height, width) that begin with the mask, back into completed
-/// channels, (completed.width(), height, width); the other pixels are clamped to the channel's range, and NaN to its low
-/// end. Throws std::invalid_argument if the G-buffer lacks a completed channel.
+/// Restores the traced pixels of a G-buffer in completed channels.
+///
+/// planes: (known.width(), height, width), beginning with the mask; output: (completed.width(), height, width).
+/// Untraced pixels are clamped to the channel's range, and NaN to its low end. Throws std::invalid_argument if the
+/// G-buffer lacks a completed channel.
 inline void keep_known(const Layout& known, const float* planes, const Layout& completed, float* output, std::size_t pixels) {
     for (const Channel& channel : completed) {
         const int place = known.place_of(channel);

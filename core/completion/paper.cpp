@@ -8,8 +8,8 @@
 namespace bob {
 namespace {
 
-/// Where each output channel of a layer in groups goes: as ShuffleNet, so that every group of the next layer sees
-/// channels of all groups of this one.
+/// Positions of a grouped layer's output channels, as in ShuffleNet. Every group of the next layer sees channels of all
+/// groups.
 std::vector<int> shuffled(int channels, int groups) {
     std::vector<int> position(static_cast<std::size_t>(channels));
     const int size = channels / groups;
@@ -17,15 +17,15 @@ std::vector<int> shuffled(int channels, int groups) {
     return position;
 }
 
-/// How far each layer has come, in rows of its input, and the input itself.
+/// Progress of each layer, in rows of its input, and of the input itself.
 struct Progress {
     int input, encode1, encode2, encoded, decode1, decode2, output;
 };
 
-constexpr int at_once = 4;  // rows that convolutions compute
+constexpr int at_once = 4;  // rows per convolution step
 
-/// How far the layers must come for `output` rows of a picture. Each sees the row below those that it convolves, and takes
-/// four rows at once; pooling halves the rows, upsampling doubles them.
+/// Progress that the layers need for `output` rows of a picture. Each reads the row below its own and takes four rows
+/// at a time; pooling halves the rows, upsampling doubles them.
 Progress needed(int output, int height) {
     const auto whole = [](int rows, int height) { return std::min((rows + at_once - 1) / at_once * at_once, height); };
     Progress p{};
@@ -40,19 +40,19 @@ Progress needed(int output, int height) {
 }
 
 constexpr int least_rows = 2 * at_once;
-constexpr int period = 4 * at_once;  // of rows after which all layers have taken whole fours
+constexpr int period = 4 * at_once;  // rows after which all layers have taken whole fours
 
 }  // namespace
 
-/// What lies between the layers.
+/// The images between the layers.
 struct Paper::Images {
-    /// Rows of each image that must be kept at once.
+    /// Rows of each image kept at a time.
     struct Windows {
         int input = 0, encoded1 = 0, encoded2 = 0, code = 0, decoded1 = 0, decoded2 = 0;
 
-        /// Where `rows` rows of the output are finished at once, of a picture of any height.
+        /// For a picture of any height of which `rows` rows are finished at a time.
         explicit Windows(int rows) {
-            const int all = 4 * std::max(rows, period);  // what follows is alike
+            const int all = 4 * std::max(rows, period);  // then the pattern repeats
             Progress done{};
             for (int finished = rows; finished <= all; finished += rows) {
                 const Progress next = needed(finished, 2 * all);
@@ -62,7 +62,7 @@ struct Paper::Images {
         }
 
     private:
-        /// From the row above those that are read next to what is written.
+        /// From the row above the next reads to the last row written.
         void add(const Progress& done, const Progress& next) {
             input = std::max(input, next.input - (done.output - 1));
             encoded1 = std::max(encoded1, next.encode1 / 2 - (done.decode2 - 1));
@@ -74,7 +74,7 @@ struct Paper::Images {
     };
 
     int height, width;
-    int rows;         // of the output at once
+    int rows;         // of the output at a time
     Planes input;
     Planes encoded1;  // pooled (20)
     Planes encoded2;  // pooled and shuffled (80)

@@ -1,4 +1,4 @@
-/// The report's network; learn/networks/paper.py is the same in PyTorch, under the same names in the same order.
+/// The report's network; learn/networks/paper.py is the same in PyTorch, with the same names in the same order.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,11 @@ namespace bob {
 
 class Paper : public Network {
 public:
-    /// What lies between the layers is kept in windows of rows that move down a large picture, so that at most `memory` bytes
-    /// are needed; very wide pictures need more. The output is the same for any `memory`, and at 640x480 so is the time from 4 to 12 MB.
-    /// Throws std::invalid_argument if a tensor is missing or does not fit.
+    /// Images between layers are windows of rows that move down a large picture, within `memory` bytes. Very wide
+    /// pictures need more.
+    ///
+    /// The output is the same for any `memory`; at 640x480 so is the time from 4 to 12 MB. Throws std::invalid_argument
+    /// if a tensor is missing or does not fit.
     explicit Paper(const Weights& weights, std::size_t memory = 6 << 20);
     ~Paper() override;
 

@@ -14,30 +14,31 @@ namespace {
 
 constexpr int most_levels = 10;
 
-// Channels of a level's inputs: gray, and what is known; what the coarser level hands on follows.
+// Channels of a level's inputs: gray and the features of traced pixels. Channels from the coarser level follow.
 constexpr int known = 8;
 // Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise.
 constexpr int known_finest = 11, first_mask = 3, first_surprise = 7;
 
 constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 
-// Level 1 is completed in tiles of at most so many columns, some rows at a time: what lies between its layers stays in the
-// second-level cache of a core, .6 MB for 320 columns.
+// Level 1 is completed in tiles of at most `tile_width` columns, a few rows at a time. The images between its layers
+// stay in the second-level cache of a core: .6 MB for 320 columns.
 constexpr int tile_width = 512, tile_rows = 4;
-// How far beyond a tile the next pixels have an effect: columns that are computed twice, in whole vectors, and rows.
+// Influence of pixels past a tile's edge: columns, in whole vectors, and rows that are computed twice.
 constexpr int halo_columns = 16, halo_rows = 6;
-// Tiles of fewer rows cost more to compute twice than threads gain; all tiles beside each other than the memory is worth.
+// Minimum rows of a tile: with fewer, the overlap costs more than threads gain. Minimum rows of all tiles side by side:
+// with fewer, the overlap costs more than the memory saved.
 constexpr int least_tile_rows = 16, least_rows = 32;
 
-/// How many rows the convolutions of a level compute at once: four where most of the arithmetic is, two where their rows are so
-/// high that four would make pixels depend on others far away.
+/// Rows per convolution step of a level. Four where the bulk of the arithmetic is; two where rows are so high that four
+/// would make pixels depend on distant ones.
 constexpr int rows_at_once(int level) { return level <= 3 ? 4 : 2; }
 
 constexpr int rounded_up(int size, int multiple) { return (size + multiple - 1) / multiple * multiple; }
 
 }  // namespace
 
-/// Rows and columns of level 1 that are completed by themselves.
+/// Rows and columns of level 1, completed independently.
 struct Pyramid::Tile {
     int top, bottom, left, right;
 };
@@ -46,7 +47,7 @@ struct Pyramid::Pixels {
     const float* gbuffer;
     int height, width;
 
-    /// The pixels of a row of level 1, from a column on.
+    /// The pixels of a row of level 1, from `column` on.
     [[nodiscard]] PixelRows rows(int y, int column = 0) const {
         const auto stride = static_cast<std::ptrdiff_t>(width);
         const int known_rows = std::clamp(height - 2 * y, 0, 2);
@@ -55,13 +56,13 @@ struct Pyramid::Pixels {
     }
 };
 
-/// How far the steps of a level have come, in its rows.
+/// Progress of the steps of a level, in its rows.
 struct Pyramid::Progress {
     int sums, known, features, finer;
 };
 
-/// How far the steps of level 2 and coarser ones must come for `finished` rows of level 1, of `height`; of level 2 first. A step
-/// sees the row below those that it makes; convolutions take several rows at once, and what doubles the coarser picture takes two.
+/// Progress that level 2 and coarser need for `finished` rows of level 1, of `height`; level 2 first. Each step reads
+/// the row below its own; convolutions take several rows at a time, and doubling takes two.
 std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height) const {
     std::vector<Progress> result;
     int asked = half(std::min(layers(1).features.whole(finished + 1, height) + 2, height));
@@ -78,7 +79,7 @@ std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height) const {
     return result;
 }
 
-/// From where on the steps must be done for rows of level 1 from `begin` on, as `needed` has them.
+/// First rows that the steps need for rows of level 1 from `begin` on; as `needed`.
 std::vector<Pyramid::Progress> Pyramid::first_needed(int begin) const {
     std::vector<Progress> result;
     int handed = std::max(0, begin - halo_rows), coarsest = begin;
@@ -87,26 +88,26 @@ std::vector<Pyramid::Progress> Pyramid::first_needed(int begin) const {
         Progress p{};
         p.finer = handed / 2 / at_once * at_once;
         p.features = std::max(0, p.finer - 1) / at_once * at_once;
-        // The finer level's picture is doubled from three rows.
+        // Doubling the finer level's picture reads three rows.
         p.known = std::max(0, std::min(p.features, handed / 2) - 1) / 2 * 2;
         p.sums = std::max(0, p.known - 1);
         coarsest = std::min(coarsest, p.sums >> (levels() - level));
         handed = p.known;
         result.push_back(p);
     }
-    if (!result.empty()) result.back().sums = coarsest;  // with which the others come
+    if (!result.empty()) result.back().sums = coarsest;  // computes the other levels too
     return result;
 }
 
-/// What lies between the layers of level 1, in a tile.
+/// The images between the layers of level 1, in a tile.
 struct Pyramid::Finest {
     int height, width;
-    Planes known;       // of `features`, before what is handed on
+    Planes known;       // of `features`, without the channels from the coarser level
     Planes features;
     Planes corrected;   // gray + surprise (1)
     Planes shown;       // (1)
     Planes surface;     // (1)
-    Planes correction;  // finer, in phases (4)
+    Planes correction;  // to the pixels, in phases (4)
 
     Finest(int height, int width, const Layers& layers)
         : height(height), width(width), known(known_finest, height, width, window), features(layers.features.out(), height, width, window),
@@ -122,24 +123,24 @@ private:
     static constexpr int window = halo_rows + tile_rows + halo_rows;
 };
 
-/// What lies between the layers of the coarser levels.
+/// The images between the layers of the coarser levels.
 struct Pyramid::Images {
     struct Level {
         Planes sums;       // sums::channels
-        Planes known;      // of `features`: gray, and what is known
+        Planes known;      // of `features`: gray, and the features of traced pixels
         Planes features;
-        Planes handed;     // to the finer level, of its size
+        Planes handed;     // to the finer level, in its size
         Planes corrected;  // gray + surprise (1)
         Planes surface;    // (1)
     };
-    /// Rows of a level that must be kept at once, and of what it hands on.
+    /// Rows kept at a time, of a level and of its output to the finer level.
     struct Windows {
         int sums = 0, handed = 0, others = 0;
     };
 
     int height, width;
-    int rows;                   // of level 1 that are finished at once
-    int tiles, tile_columns;    // beside each other
+    int rows;                   // of level 1, finished at a time
+    int tiles, tile_columns;    // side by side
     std::vector<Level> levels;  // level 2 first
     Planes everywhere;          // ones: the surface of a level coarser than all (1)
     mutable Spare<Finest> finest;
@@ -165,14 +166,15 @@ struct Pyramid::Images {
     Level& level(int number) { return levels[static_cast<std::size_t>(number - 2)]; }
     const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 2)]; }
 
-    /// Columns of a tile and beside it.
+    /// Columns of a tile and its halo.
     [[nodiscard]] int columns() const {
         const int all = half(width);
-        return std::min(all, tile_columns + 2 * halo_columns + all % 2);  // what remains is even
+        return std::min(all, tile_columns + 2 * halo_columns + all % 2);  // rounds to an even number
     }
 
 private:
-    /// Chooses `rows`, as many as fit the network's memory in equal parts of the picture, and returns the windows of each level.
+    /// Chooses the largest `rows` that fit the network's memory and divide the picture evenly. Returns the windows of
+    /// each level.
     std::vector<Windows> plan(const Pyramid& network) {
         std::vector<Windows> windows;
         const std::size_t of_tiles = static_cast<std::size_t>(thread_count()) * Finest::bytes(columns(), network.layers(1));
@@ -184,7 +186,7 @@ private:
         return windows;
     }
 
-    /// The windows of each level if `rows` rows of level 1, of `height`, are finished at once, from whichever a band begins with.
+    /// The windows of each level for `rows` rows of level 1, of `height`, at a time, wherever a band begins.
     static std::vector<Windows> windows_of(int rows, int height, const Pyramid& network) {
         std::vector<Windows> result(network.layers_.size() - 1);
         for (int finished = 0; finished < height; finished += rows_at_once(1)) {
@@ -240,7 +242,7 @@ void Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
     auto images = spare_.take(height, width, *this);
     const Pixels pixels{gbuffer, height, width};
     const int all_rows = half(height), columns = half(width);
-    // Of level 1, from where the convolutions begin anew.
+    // The convolution step's first row of level 1.
     const int begin = band.begin / 2 / rows_at_once(1) * rows_at_once(1), rows = std::min(half(band.end), all_rows);
 
     std::vector<Progress> done = first_needed(begin);
@@ -260,7 +262,7 @@ void Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
         }
         done = next;
 
-        // Tiles for all threads alike.
+        // An equal number of tiles for each thread.
         int bands = 1;
         while (images->tiles * bands % thread_count() != 0 && (bands + 1) * least_tile_rows <= until - finished) ++bands;
         const int tile_height = rounded_up((until - finished + bands - 1) / bands, rows_at_once(1));
@@ -278,7 +280,7 @@ void Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
 void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) const {
     const auto& kernels = best_pyramid_kernels();
     const int width = half(images.width);
-    // All levels of a row of the coarsest level's blocks, while they are in the cache.
+    // Pulls all levels of one row of coarsest blocks while they are in the cache.
     parallel_for(static_cast<std::size_t>(end - begin), 1, [&](std::size_t first, std::size_t last) {
         Planes finest(sums::channels, 2, width);
         for (int level = 2; level <= levels(); ++level) {
@@ -328,11 +330,12 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
     const auto& kernels = best_pyramid_kernels();
     const Images::Level* const coarser = levels() > 1 ? &images.level(2) : nullptr;
     const int height = half(images.height), width = images.columns();
-    const int column = std::min(std::max(0, tile.left - halo_columns), half(images.width) - width);  // the first computed
+    const int column = std::min(std::max(0, tile.left - halo_columns), half(images.width) - width);  // the first column computed
     auto finest = images.finest.take(height, width, layers(1));
     auto& [finest_height, finest_width, known, features, corrected, shown, surface, correction] = *finest;
 
-    // How far the steps have come: what a tile sees of the rows above it is computed anew, four rows of features from those around.
+    // Progress of the steps. A tile recomputes its dependencies above it: four rows of features, from the rows around
+    // them.
     struct { int known, compared, features; } done{std::max(0, tile.top - halo_rows), std::max(0, tile.top - 5), std::max(0, tile.top - 4)};
     for (int finished = tile.top; finished < tile.bottom; finished += tile_rows) {
         const int until = std::min(finished + tile_rows, tile.bottom);

@@ -1,4 +1,4 @@
-/// The default network; learn/networks/pyramid.py is the same in PyTorch, under the same names in the same order.
+/// The default network; learn/networks/pyramid.py is the same in PyTorch, with the same names in the same order.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,11 @@ namespace bob {
 
 class Pyramid : public Network {
 public:
-    /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
-    /// of rows that move down a large picture, so that at most `memory` bytes are needed; wide pictures need more. The output is
-    /// the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does not fit the others.
+    /// The tensors determine the number of levels and of channels between them.
+    ///
+    /// Images between layers are windows of rows that move down a large picture, within `memory` bytes; wide pictures
+    /// need more. The output is the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does
+    /// not fit the others.
     explicit Pyramid(const Weights& weights, std::size_t memory = 8 << 20);
     ~Pyramid() override;
 
@@ -38,16 +40,16 @@ private:
     [[nodiscard]] std::vector<Progress> needed(int finished, int height) const;
     [[nodiscard]] std::vector<Progress> first_needed(int begin) const;
 
-    // Rows are those of the level.
+    // Rows are in units of the level.
 
-    /// What the traced pixels say about the blocks of level 2 and coarser, for rows of the coarsest.
+    /// Sums over the traced pixels of the blocks of level 2 and coarser, for rows of the coarsest.
     void pull(const Pixels& pixels, Images& images, int begin, int end) const;
-    /// The gray, what is known, and the surface of level 2 or a coarser one; goes on from `done` to `next`.
+    /// The gray, features and surface of level 2 or coarser; from `done` to `next`.
     void know(int level, Images& images, const Progress& done, const Progress& next) const;
-    /// The picture in a tile of level 1, from the coarser levels.
+    /// Completes a tile of level 1 from the coarser levels.
     void complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const;
 
-    std::vector<Layers> layers_;  // of level 1 first
+    std::vector<Layers> layers_;  // level 1 first
     std::size_t memory_;
     mutable Spare<Images> spare_;
 };

@@ -7,11 +7,11 @@ namespace {
 
 constexpr float softness = 0.05f;  // SOFTNESS in pyramid.py
 
-/// How far the phases' sum lies to the right of the middle, in halves of their distance.
+/// Offset of the phases' sum to the right of the block's centre, in halves of the phases' distance.
 inline F rightwards(const Phases& p) { return (p.at[1] + p.at[3]) - (p.at[0] + p.at[2]); }
 inline F downwards(const Phases& p) { return (p.at[2] + p.at[3]) - (p.at[0] + p.at[1]); }
 
-/// 0 where all traced pixels of a block are background, else 1.
+/// 0 if all traced pixels of a block are background, else 1.
 inline F shown_where(F count, F gray) { return where((count <= F{}) | (gray != F{}), constant(1)); }
 
 inline void write_sums(const Rows& sums, int x, const F (&sum)[sums::shown]) {
@@ -59,7 +59,7 @@ void enlarge(Doubled coarse, ConstRows added, Rows gray, int width) {
     }
 }
 
-/// Of a vector of blocks: one over the number of traced pixels, and what their mean gray is more than the gray so far.
+/// For a vector of blocks: the reciprocal of the number of traced pixels, and their mean gray minus the current gray.
 struct Known {
     F per_pixel, surprise;
 };

@@ -19,11 +19,11 @@ namespace {
 struct Level {
     Planes sums;                // ratio_sums::channels
     Planes means;               // ratio_means::channels
-    std::vector<Stretch> lit;   // of each row, where the guide is not 0
-    std::vector<Stretch> made;  // of each two rows, where the means are needed, in columns of the coarser level
+    std::vector<Stretch> lit;   // per row: the range where the guide is not 0
+    std::vector<Stretch> made;  // per two rows: the range of means needed, in columns of the coarser level
 };
 
-/// Coarser and coarser levels down to one block, and one of means alone that is coarser than all: white, and bright.
+/// Successively coarser levels down to one block, and a coarsest level of constant means: white, and bright.
 struct Images {
     int height, width;
     std::vector<Level> levels;
@@ -40,22 +40,22 @@ struct Images {
     }
 };
 
-/// Of small pictures alone, for which fresh memory costs more than the arithmetic.
+/// Only small pictures: there fresh memory costs more than the arithmetic.
 constexpr std::size_t kept_pixels = 1 << 20;
 
 Spare<Images> spare;
 
-/// Whole vectors of a row that is so wide.
+/// Rounds to whole vectors of a row `width` wide.
 Stretch vectors(Stretch some, int width) { return some.is_empty() ? Stretch{} : within(aligned(some), width); }
 Stretch halved(Stretch some) { return {some.begin / 2, half(some.end)}; }
 
-/// What doubling reads for a row in which some columns are made.
+/// The range that doubling reads for the computed columns of a row.
 Stretch around(const std::vector<Stretch>& made, int y, int width) {
     const Stretch some = joined(made, y - 1, y + 2);
     return some.is_empty() ? some : Stretch{std::max(0, some.begin - 1), std::min(width, some.end + 1)};
 }
 
-/// From where the finest level is lit, where the others are, and which means are needed.
+/// Derives from the lit range of the finest level the lit ranges of the others, and the means needed.
 void find_needed(std::vector<Level>& levels) {
     const std::vector<Stretch>* finer = &levels[0].lit;
     for (std::size_t n = 0; n + 1 < levels.size(); ++n) {
@@ -71,7 +71,7 @@ void find_needed(std::vector<Level>& levels) {
     }
 }
 
-/// Makes zero what is read of a row of sums beside what is lit.
+/// Zeroes the sums that are read next to the lit range.
 void clear_beside(Level& level, int y) {
     const Stretch lit = level.lit[static_cast<std::size_t>(y)], made = joined(level.made, (y - 1) / 2, (y + 1) / 2 + 1);
     const Stretch read = vectors(joined(lit, {std::max(0, 2 * made.begin - max_lanes), 2 * made.end + max_lanes}), level.sums.width());

@@ -7,17 +7,18 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// What a coarser level counts against what is gathered: as much of a pixel.
+/// Weight of the coarser level's mean, in pixels, against the sums gathered.
 constexpr float prior = 0.02f;
 
-/// What a neighbour above, below or beside counts; one across has the square of it. Sums over 3 x 3 blocks at every level weigh pixels
-/// nearly by the fourth power of their distance, and lie where the pixels do, which the means of single blocks do not.
+/// Weight of a horizontal or vertical neighbour; a diagonal one has the square of it. Sums over 3 x 3 blocks at every
+/// level weight pixels by about the fourth power of their distance, and are centred on the pixels; means of single
+/// blocks are not.
 constexpr float beside = 0.25f;
 
-/// Times the mean of the guide around up to which colours may be as saturated as there.
+/// Colours are as saturated as their surroundings up to this multiple of the guide's mean there.
 constexpr float brighter = 1.25f;
 
-/// Pixels of a row of which `count` exist, the others 0.
+/// Loads the first `count` pixels of a row, the others as 0.
 [[gnu::noinline]] F load_last(const float* p, int count) {
     float padded[lanes] = {};
     std::copy_n(p, std::max(count, 0), padded);
@@ -29,7 +30,7 @@ constexpr float brighter = 1.25f;
     std::copy_n(padded, std::max(count, 0), p);
 }
 
-/// The same; all of them do where `whole`.
+/// Loads pixels; all exist if `whole`.
 template <bool whole>
 inline F load_pixels(const float* p, int count) {
     return whole || count >= lanes ? load<F>(p) : load_last(p, count);
@@ -40,7 +41,7 @@ inline void store_pixels(float* p, F values, int count) {
     else store_last(p, values, count);
 }
 
-/// Writes the sums of blocks; `blocks_of(channel)` returns them. Where no guide is above 0 there is nothing to add up.
+/// Writes the sums of blocks, from `blocks_of(channel)`. Where the guide is 0 there is nothing to sum.
 template <class BlocksOf>
 inline void put_sums(const Rows& sums, int x, const RawBlocks& guide, BlocksOf blocks_of) {
     const bool any = guide.any();
@@ -89,7 +90,7 @@ void pull(ConstRows finer, Rows sums, Stretch some) {
     }
 }
 
-/// Sums down the columns of three rows, for each of two rows; whether any is above 0.
+/// Sums down the columns of three rows, for each of two rows, and whether any is above 0.
 struct Columns {
     F of[2][ratio_sums::channels];
     bool any;
@@ -107,7 +108,7 @@ struct Columns {
     }
 };
 
-/// Those of a level's sums.
+/// Columns of a level's sums.
 struct SummedColumns {
     const ConstRows &upper, &lower;
     int width;
@@ -127,7 +128,7 @@ struct SummedColumns {
     }
 };
 
-/// Those of pixels, all of which exist where `whole`, but for those to the left of the picture.
+/// Columns of pixels; if `whole`, all exist except to the left of the picture.
 template <bool whole>
 struct PixelColumns {
     const GuidedRows from;
@@ -156,18 +157,18 @@ struct PixelColumns {
     }
 };
 
-/// The columns of two vectors that move along two rows, and of those beside them.
+/// The columns of two vectors, and their neighbours, moving along two rows.
 template <class From>
 class Around {
 public:
     explicit Around(const From& from, int first) : from_(from), made_(first - 1) {}
 
-    /// Those of a vector, by number, and the next one.
+    /// Moves to a vector, by number, and the next one.
     void move(int vector) {
         for (made_ = std::max(made_, vector - 1); made_ < vector + 3; ++made_) from_(made_ * lanes, ring_[made_ & 3]);
     }
 
-    /// What is expected of the means of row y, made so: where sums are 0 it stays.
+    /// Corrects the predicted means of row y; where the sums are 0, the prediction stays.
     void correct(int vector, int y, float unit, F (&means)[ratio_means::channels]) const {
         const Columns &left = ring_[(vector - 1) & 3], &here = ring_[vector & 3], &right = ring_[(vector + 1) & 3];
         if (!left.any && !here.any && !right.any) return;
@@ -190,7 +191,7 @@ private:
     Columns ring_[4];
 };
 
-/// What a coarser level expects of twice two vectors of the next finer one.
+/// The coarser level's prediction for two pairs of vectors of the finer one.
 struct Expected {
     Phases of[ratio_means::channels];
 
@@ -198,7 +199,7 @@ struct Expected {
         for (int c = 0; c < ratio_means::channels; ++c) of[c] = doubled(coarse.of[c], x);
     }
 
-    /// Those of row y, to the left or to the right.
+    /// The means of row y, to the left or to the right.
     void get(int y, int right, F (&means)[ratio_means::channels]) const {
         for (int c = 0; c < ratio_means::channels; ++c) {
             const F even = of[c].at[2 * y], odd = of[c].at[2 * y + 1];
@@ -225,7 +226,7 @@ void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, fl
     }
 }
 
-/// Blocks `begin` to `end`; `whole` where all pixels in them, beside them and in the rows above and below exist.
+/// Blocks `begin` to `end`; `whole` if all pixels in them, next to them, and in the rows above and below exist.
 template <bool whole>
 inline void finish_some(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int begin, int end) {
     const PixelColumns<whole> from{traced};
@@ -248,7 +249,7 @@ inline void finish_some(DoubledMeans coarse, GuidedRows traced, ColoredRows pict
                 store_pixels<whole>(picture.row + k * picture.plane_stride + y * picture.stride + column, values[k], traced.columns - column);
             }
         };
-        if (!bits(is_lit)) {  // black, whatever the ratios are
+        if (!bits(is_lit)) {  // black at any ratio
             for (int y = 0; y < rows; ++y) {
                 for (int right = 0; right < 2; ++right) put(y, right, {black, black, black});
             }

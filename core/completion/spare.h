@@ -1,4 +1,4 @@
-/// Images that are reused from call to call, since fresh memory costs more than the arithmetic of a layer.
+/// Images reused from call to call: fresh memory costs more than the arithmetic of a layer.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace bob {
 
-/// Lends images of any size, to several threads at once; keeps `most` of those that were given back last.
+/// Lends images of any size to several threads; keeps the last `most` returned.
 template <class Images>
 class Spare {
 public:
     explicit Spare(std::size_t most = 1) : most_(most) {}
 
-    /// Some kept if they are of this size, or `Images(height, width, more...)`.
+    /// Kept images of this size if available, else `Images(height, width, more...)`.
     template <class... More>
     [[nodiscard]] std::unique_ptr<Images> take(int height, int width, const More&... more) {
         {

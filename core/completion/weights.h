@@ -1,4 +1,4 @@
-/// What a weight file holds, as the reader of the file hands it over.
+/// The contents of a weight file.
 #pragma once
 
 #include <map>
@@ -21,14 +21,15 @@ struct Weights {
     std::map<std::string, Tensor, std::less<>> tensors;  // by name
 };
 
-/// The values of a tensor. Throws std::invalid_argument, naming it, if it is missing or of another shape.
+/// The values of a tensor. Throws std::invalid_argument, with its name, if it is missing or has another shape.
 [[nodiscard]] std::span<const float> tensor(const Weights& weights, const std::string& name, const std::vector<int>& shape);
 
-/// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,), of so many rows at once;
-/// its groups follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
+/// The convolution `name`, computed in steps of `rows` rows, from the tensors `name.weight` (out, in / groups, 3, 3)
+/// and `name.bias` (out,). Their shapes determine the groups. Throws std::invalid_argument, with the tensor's name, if
+/// one is missing or does not fit.
 [[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out, int rows);
 
-/// The same in one group, to as many channels as the tensors have, a multiple of 4.
+/// The same in one group, with the tensors' number of output channels, a multiple of 4.
 [[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int rows);
 
 }  // namespace bob

@@ -1,4 +1,4 @@
-/// Formulas as arrays, as files hold them and bindings pass them on.
+/// Formulas as arrays, the form of files and bindings.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,8 @@
 
 namespace bob {
 
-/// ops: (n,), operands: (n, 3), values: (n,). A mesh is named by its place among `meshes`, which keep it until the formula does.
+/// ops: (n,), operands: (n, 3), values: (n,). A node refers to a mesh by its index in `meshes`; the caller keeps
+/// `meshes` until the formula holds them.
 [[nodiscard]] inline std::vector<Node> nodes_of(const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
                                                 std::size_t count, const Meshes& meshes) {
     std::vector<Node> nodes(count);
@@ -29,21 +30,21 @@ namespace bob {
     return nodes;
 }
 
-/// What nodes_of takes as a node's value.
+/// A node's value as `nodes_of` expects it.
 [[nodiscard]] inline double value_in_arrays(const Node& node, const Meshes& meshes) {
     if (node.op != Op::mesh_distance) return node.value;
     return static_cast<double>(find_mesh(meshes, node.value) - meshes.begin());
 }
 
-/// Some meshes one after the other. sizes: (m, 2), how many vertices and triangles each has; vertices: (v, 3), triangles: (t, 3),
-/// the sums of these.
+/// Meshes one after the other. sizes: (m, 2), the numbers of vertices and triangles of each; vertices: (v, 3),
+/// triangles: (t, 3), concatenated.
 struct MeshArrays {
     std::span<const std::uint32_t> sizes;
     std::span<const float> vertices;
     std::span<const std::uint32_t> triangles;
 };
 
-/// Throws std::invalid_argument unless the sizes are those of the arrays, and the meshes such as formulas have.
+/// Throws std::invalid_argument unless the sizes match the arrays and the meshes are valid for formulas.
 [[nodiscard]] inline Meshes meshes_of(const MeshArrays& arrays) {
     Meshes meshes;
     std::size_t vertex = 0, triangle = 0;

@@ -1,12 +1,12 @@
-/// Values with slopes: forward differentiation, over points or over intervals, by the same rules. The slopes of an
-/// interval hold every slope within it; where a formula may jump they are unknown. Only for *_kernels.cpp.
+/// Dual numbers: forward differentiation over points or intervals, by the same rules. The slope of an interval contains
+/// every slope within it; where a formula may jump it is unknown. Only for *_kernels.cpp.
 #pragma once
 
 #include "formula/interval.h"
 
 namespace bob::BOB_ISA {
 
-// Points, under the names that intervals have. A point needs no domain: its value is NaN where it has none.
+// Points, with the interface of intervals. A point needs no domain: where it has no value, it is NaN.
 
 inline F scaled(F a, float scale, float offset) { return a * scale + offset; }
 inline F divide(F a, F b, Domain&) { return a / b; }
@@ -27,13 +27,13 @@ inline void watch(F, Domain&) {}
 inline void set(F& a, float x) { a = constant(x); }
 inline void set(Interval& a, float x) { a = interval(x); }
 
-/// a where s < 0, else b; both where it may be either.
+/// a if s < 0, else b; both if s may have either sign.
 inline F by_sign(F s, F a, F b) { return s < F{} ? a : b; }
 inline Interval by_sign(Interval s, Interval a, Interval b) {
     return choose(s.high < F{}, a, choose(s.low >= F{}, b, hull(a, b)));
 }
 
-/// a, where the formula does not jump.
+/// a where the formula does not jump.
 inline F unless(M, F a) { return a; }
 inline Interval unless(M jumps, Interval a) { return choose(jumps, unknown(), a); }
 
@@ -45,11 +45,11 @@ inline M may_wrap(F, F) { return M{}; }
 inline M may_wrap(Interval a, Interval b) { return ~same_quotient(a, b); }
 inline M may_cut(F, F) { return M{}; }
 inline M may_cut(Interval y, Interval x) { return crosses_cut(y, x); }
-/// Whether a sum of squares is too large a number, where slopes through it would be 0.
+/// Whether a sum of squares overflows, which would make slopes through it 0.
 inline M overflows(F) { return M{}; }
 inline M overflows(Interval squares) { return ~(squares.low < constant(infinity)); }
 
-/// a / hypot(a, b), which never leaves -1..1; 0 at the origin.
+/// a / hypot(a, b), always within -1..1; 0 at the origin.
 inline F share(F a, F h) { return h > F{} ? a / h : (is_nan(h) ? h : F{}); }
 inline Interval share(Interval a, Interval h) {
     const M apart = h.low > F{};
@@ -58,20 +58,20 @@ inline Interval share(Interval a, Interval h) {
     return choose(is_nan(h.high), unknown(), choose(apart, meet(quotient, -1, 1), all));
 }
 
-/// What part of a's slope is a corner's, outside of both a and b: a / hypot(a, b), neither below zero.
+/// The weight of a's slope in a corner distance outside both a and b: a / hypot(a, b), both nonnegative.
 inline F share_of_corner(F a, F b) { return share(a, hypot(a, b)); }
 inline Interval share_of_corner(Interval a, Interval b) {
     return share(beyond_zero(a), hypot(beyond_zero(a), beyond_zero(b)));
 }
 
-/// x where neither a nor b is negative, else y; both where it may be either.
+/// x if neither a nor b is negative, else y; both if either may hold.
 inline F where_outside(F a, F b, F x, F y) { return minimum(a, b) < F{} ? y : x; }
 inline Interval where_outside(Interval a, Interval b, Interval x, Interval y) { return by_sign(minimum(a, b), y, x); }
 
-/// The slope s / root; 0 where s is 0 throughout, even if the root is.
+/// The slope s / root; 0 where s is identically 0, even if the root is 0.
 inline F over_root(F s, F root) { return s == F{} ? F{} : s / root; }
 inline Interval over_root(Interval s, Interval root) {
-    Domain of_slope;  // none at a root of zero, where there is a value
+    Domain of_slope;  // undefined at a root of zero, where the value is defined
     return choose((s.low == F{}) & (s.high == F{}), interval(0), divide(s, root, of_slope));
 }
 
@@ -92,7 +92,7 @@ inline void set(Dual<N, K>& a, float x) {
     for (N& slope : a.slope) set(slope, 0);
 }
 
-/// `value` with slopes made of each operand's by a rule.
+/// `value`, with slopes that a rule computes from the operands' slopes.
 template <class N, int K, class Rule>
 inline Dual<N, K> chain(N value, const Dual<N, K>& a, Rule rule) {
     Dual<N, K> result{value, {}};
@@ -217,7 +217,7 @@ inline Dual<N, K> cos(const Dual<N, K>& a, Domain& domain) {
 template <class N, int K>
 inline Dual<N, K> tan(const Dual<N, K>& a) {
     const N value = tan(a.value), slope = scaled(square(value), 1, 1);
-    return chain(value, a, [&](N s) { return slope * s; });  // through poles, the value shows it (watch)
+    return chain(value, a, [&](N s) { return slope * s; });  // at poles the value shows it (watch)
 }
 template <class N, int K>
 inline Dual<N, K> asin(const Dual<N, K>& a, Domain& domain) {

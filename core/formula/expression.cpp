@@ -91,7 +91,7 @@ void check_numbers(const Node& node, std::size_t i) {
 
 namespace {
 
-/// Throws unless nodes are in order, and such as formulas have.
+/// Throws unless the nodes are in order and valid.
 void check(const std::vector<Node>& nodes) {
     if (nodes.empty()) throw std::invalid_argument("expected at least one node, got none");
     if (nodes.size() > Graph::max_nodes) throw TooLarge();

@@ -1,4 +1,4 @@
-/// Expressions in x, y and z: how formulas, modelled shapes and .vm files all are held.
+/// Expressions in x, y and z: the common form of formulas, modelled shapes and .vm files.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace bob {
 
-/// What a node computes. All but select pass NaN on: if an operand is NaN, so is the result.
+/// Operations of nodes. All but select propagate NaN from any operand.
 enum class Op : std::uint8_t {
     constant,
     x,
@@ -46,10 +46,10 @@ enum class Op : std::uint8_t {
     atan2,   // the angle of (b, a): a is y, b is x
     modulo,  // a - b floor(a / b): the sign is b's, as in Python
     // of a, b and c
-    select,  // b where a < 0, else c; the one that is not chosen does not matter, even if it is NaN
-    mesh_distance,  // of the point (a, b, c) from the mesh whose number is `value`, negative inside
+    select,  // b if a < 0, else c; the other operand has no effect, even if it is NaN
+    mesh_distance,  // signed distance of the point (a, b, c) from the mesh numbered `value`, negative inside
 };
-constexpr int max_exponent = 1000;  // of a power, either way
+constexpr int max_exponent = 1000;  // bound of a power's exponent, positive or negative
 constexpr int op_count = static_cast<int>(Op::mesh_distance) + 1;
 
 /// Number of operands, 0 to 3.
@@ -60,31 +60,30 @@ constexpr int op_count = static_cast<int>(Op::mesh_distance) + 1;
 /// The op's name, which is also its name in Python and in files.
 [[nodiscard]] std::string_view name(Op op);
 
-/// The value of an op, in double precision: what constants are folded by. NaN where no mesh has the number.
+/// The value of an op in double precision, used to fold constants. NaN if no mesh has the number.
 [[nodiscard]] double evaluate(Op op, double value, double a, double b, double c);
 
 struct Node {
     Op op = Op::constant;
-    std::uint32_t operand[3] = {};  // earlier nodes; 0 where there is none
-    double value = 0;               // of a constant; the exponent of a power; the number of a mesh; of a select, `meets` or 0
+    std::uint32_t operand[3] = {};  // earlier nodes; 0 if absent
+    double value = 0;               // of a constant; a power's exponent; a mesh's number; for a select, `meets` or 0
 
     friend bool operator==(const Node&, const Node&) = default;
 };
 
-/// The value of a select at which its formula does not jump.
+/// Marks a select whose formula does not jump.
 constexpr double meets = 1;
 
 class MeshDistance;
 
-/// The meshes of a formula (formula/mesh_distance.h), in the order of their first nodes; they live as long as it does.
+/// The meshes of a formula (formula/mesh_distance.h), in the order of their first nodes; the formula keeps them alive.
 using Meshes = std::vector<std::shared_ptr<const MeshDistance>>;
 
-/// A formula f(x, y, z): nodes that each come after their operands; the last is the result, and each is needed for it.
-/// Never empty.
+/// A formula f(x, y, z): nodes, each after its operands. The last is the result and needs all others. Never empty.
 class Expression {
 public:
-    /// Throws std::invalid_argument, saying why, unless the nodes are in order and the numbers finite or infinite.
-    /// Nodes that the last one does not need are dropped.
+    /// Drops nodes that the last one does not need. Throws std::invalid_argument, with the reason, unless the nodes are
+    /// in order and no number is NaN.
     explicit Expression(std::vector<Node> nodes);
 
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
@@ -105,13 +104,13 @@ private:
     Meshes meshes_;
 };
 
-/// Linear RGB, each a formula of x, y and z; they share their nodes. What is not in 0..1 is clamped, and NaN is 0. Never empty.
+/// Linear RGB, each a formula of x, y and z, with shared nodes. Values are clamped to 0..1, NaN to 0. Never empty.
 class ColorFormula {
 public:
-    /// `roots`: the nodes that are red, green and blue. Throws as Expression does, and drops what no root needs.
+    /// `roots`: the nodes for red, green and blue. Drops nodes that no root needs. Throws as Expression.
     ColorFormula(std::vector<Node> nodes, const std::array<std::uint32_t, 3>& roots);
 
-    /// The same colour everywhere.
+    /// A constant colour.
     explicit ColorFormula(const std::array<double, 3>& rgb);
 
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
@@ -133,22 +132,22 @@ private:
     Meshes meshes_;
 };
 
-/// A component of a colour as it is shown: 0 for NaN.
+/// A component of a displayed colour: 0 for NaN.
 template <class Number>
 constexpr Number color_component(Number value) {
     return value > 0 ? value < 1 ? value : Number{1} : Number{0};
 }
 
-/// Throws std::invalid_argument unless the numbers of the i-th node are ones that formulas have.
+/// Throws std::invalid_argument unless the numbers of the i-th node are valid.
 void check_numbers(const Node& node, std::size_t i);
 
-/// The meshes that nodes name. Throws std::invalid_argument where there is no such mesh any more.
+/// The meshes that nodes refer to. Throws std::invalid_argument if a mesh no longer exists.
 [[nodiscard]] Meshes meshes_of(std::span<const Node> nodes);
 
-/// Where the mesh of a number is among some; their end if it is not there.
+/// Finds the mesh of a number; the end if it is absent.
 [[nodiscard]] Meshes::const_iterator find_mesh(const Meshes& meshes, double number);
 
-/// The nodes that some roots need, in order; `roots` are then their numbers among these.
+/// The nodes that `roots` need, in order; renumbers `roots` accordingly.
 [[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots);
 
 /// Thrown by a graph when a formula grows beyond `Graph::max_nodes`.
@@ -166,9 +165,9 @@ struct Value {
     friend bool operator==(const Value&, const Value&) = default;
 };
 
-/// Builds expressions: no node twice, constants folded, and what algebra makes simpler: x + 0, -(-x), min(x, x), sums
-/// and products with several constants, sqrt(x^2 + y^2) as hypot. Values stay the same but for the last bits; x * 0
-/// stays, since x may be infinite.
+/// Builds expressions without duplicate nodes, with folded constants. Simplifies x + 0, -(-x), min(x, x), sums and
+/// products with several constants, sqrt(x^2 + y^2) as hypot. Values change in the last bits at most; x * 0 stays, since
+/// x may be infinite.
 class Graph {
 public:
     static constexpr std::size_t max_nodes = 1 << 20;
@@ -183,21 +182,21 @@ public:
     Value constant(double value) { return add(Op::constant, {}, value); }
     Value unary(Op op, Value a, double value = 0);
     Value binary(Op op, Value a, Value b);
-    /// b where a < 0, else c.
+    /// b if a < 0, else c.
     Value select(Value a, Value b, Value c);
-    /// The same where the formula that it becomes part of does not jump: where a changes its sign, b and c meet, or neither
-    /// is chosen in the end.
+    /// A select in a formula that does not jump. The values b and c meet where a changes its sign, or neither is chosen
+    /// in the end.
     Value piecewise(Value a, Value b, Value c);
-    /// How far (x, y, z) is from a mesh.
+    /// The signed distance of (x, y, z) from a mesh.
     Value mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z);
 
-    /// The op of a node of any expression, on values of this graph; an axis or a constant as it is.
+    /// Adds the op of a node of any expression to this graph. `operand` is ignored for an axis or a constant.
     Value like(const Node& node, const Value operand[3]);
-    /// The same of a node that another graph made, where its operands are as that one had them: there is nothing to simplify.
+    /// Adds a node made by another graph whose operands are unchanged, without simplification.
     Value again(const Node& node, const Value operand[3]);
 
-    /// The nodes of an expression or a colour formula in this graph, each by make(number of the node, values of its operands) and
-    /// after these.
+    /// Adds the nodes of an expression or a colour formula, each by make(number of the node, values of its operands),
+    /// in order.
     template <class Formula, class Make>
     std::vector<Value> rebuild(const Formula& f, Make make) {
         std::vector<Value> values;
@@ -211,20 +210,20 @@ public:
         return values;
     }
 
-    /// f as it is.
+    /// Copies f.
     Value copy(const Expression& f);
 
-    /// f(x, y, z) with other values in the place of x, y and z.
+    /// f(x, y, z) with other values substituted for x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);
     std::array<Value, 3> substitute(const ColorFormula& f, Value x, Value y, Value z);
 
     [[nodiscard]] const Node& node(Value v) const { return nodes_[v.index]; }
     [[nodiscard]] std::size_t size() const { return nodes_.size(); }
 
-    /// Forgets all nodes, but keeps the memory.
+    /// Removes all nodes but keeps the memory.
     void clear();
 
-    /// A graph that is used again and again: empty at first, and afterwards it keeps no meshes.
+    /// A graph for repeated use: empty at first, and without meshes afterwards.
     struct Reused {
         Graph& graph;
         explicit Reused(Graph& graph) : graph(graph) { graph.clear(); }
@@ -233,7 +232,7 @@ public:
         Reused& operator=(const Reused&) = delete;
     };
 
-    /// What `root` needs.
+    /// The expression of `root`.
     [[nodiscard]] Expression expression(Value root) const;
     [[nodiscard]] ColorFormula color_formula(const std::array<Value, 3>& rgb) const;
 
@@ -249,11 +248,11 @@ private:
     std::vector<Value> substituted(const Formula& f, Value x, Value y, Value z);
 
     std::vector<Node> nodes_;
-    Meshes meshes_;                     // that its nodes name
-    std::vector<std::uint32_t> slots_;  // open addressing: where each node's hash leads; no_node where free
+    Meshes meshes_;                     // that its nodes refer to
+    std::vector<std::uint32_t> slots_;  // open addressing: the node of each hash; no_node if free
 };
 
-// Arithmetic that reads like the formula. A number beside a value becomes a constant of its graph.
+// Arithmetic that reads like the formula. A number next to a value becomes a constant of its graph.
 
 inline Value operator-(Value a) { return a.graph->unary(Op::negate, a); }
 inline Value operator+(const Value& a, const Value& b) { return a.graph->binary(Op::add, a, b); }
@@ -292,9 +291,9 @@ inline Value hypot(const Value& a, const Value& b) { return a.graph->binary(Op::
 inline Value atan2(const Value& y, const Value& x) { return y.graph->binary(Op::atan2, y, x); }
 inline Value modulo(const Value& a, const Value& b) { return a.graph->binary(Op::modulo, a, b); }
 inline Value modulo(Value a, double b) { return modulo(a, a.graph->constant(b)); }
-/// b where a < 0, else c.
+/// b if a < 0, else c.
 inline Value select(const Value& a, const Value& b, const Value& c) { return a.graph->select(a, b, c); }
-/// The same of a formula that does not jump there (Graph::piecewise).
+/// The same for a formula that does not jump there (Graph::piecewise).
 inline Value piecewise(const Value& a, const Value& b, const Value& c) { return a.graph->piecewise(a, b, c); }
 inline Value clamp(Value a, double low, double high) { return min(max(a, low), high); }
 

@@ -1,4 +1,4 @@
-/// Where a formula first changes its sign along segments of rays. Only for *_kernels.cpp.
+/// First sign changes of a formula along ray segments. Only for *_kernels.cpp.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 #include "formula/run.h"
 
-// Sparse rays, whose code is mostly not in the cache, take up to a quarter longer where these are functions of their own; pages
-// take as long to load as they are large.
+// For sparse rays the code is mostly out of cache: separate functions cost them up to a quarter. In WebAssembly, larger
+// code loads more slowly.
 #ifdef __wasm__
 #define BOB_INTO_SEARCH [[gnu::noinline]] inline
 #else
@@ -19,8 +19,8 @@ namespace bob::BOB_ISA {
 
 inline bool any(M mask) { return bits(mask) != 0; }
 
-/// Notes how soon along its ray each point comes to a jump: to where a select's condition is zero, a rounded number
-/// passes a threshold, or an angle its cut, if these went on as straight as they are at the point.
+/// The distance along each ray to the next jump, extrapolated linearly from the point. A jump is a select's condition at
+/// zero, a rounding threshold, or the cut of an angle.
 struct JumpAhead {
     F& soonest;
 
@@ -42,7 +42,7 @@ private:
     }
 };
 
-/// Some rays, a lane each, and the formula along them.
+/// One ray per lane, and the formula along it.
 struct Along {
     const Code& code;
     void* scratch;
@@ -57,7 +57,7 @@ struct Along {
         F soonest;
         return with_slope(t, soonest);
     }
-    /// And how far ahead the next jump is, as far as slopes show.
+    /// And the distance to the next jump, estimated from slopes.
     [[nodiscard]] Dual<F, 1> with_slope(F t, F& soonest) const {
         Domain domain;
         Dual<F, 1> p[3];
@@ -65,7 +65,7 @@ struct Along {
         soonest = constant(infinity);
         return run(code, p[0], p[1], p[2], domain, scratch, JumpAhead{soonest});
     }
-    /// f and, where it may jump, how far ahead that is.
+    /// f and, if it may jump, the distance to the next jump.
     [[nodiscard]] F value(F t, F& soonest) const {
         if (code.may_jump) return with_slope(t, soonest).value;
         soonest = constant(infinity);
@@ -81,12 +81,12 @@ struct Along {
     }
 };
 
-/// A piece of each segment, and f at its ends, which lie on different sides.
+/// An interval of each segment, with f of different sign at its ends.
 struct Bracket {
     F a{}, fa{}, b{}, fb{};
 };
 
-/// The root in each bracket: Newton's steps, kept inside a bracket that closes around the root.
+/// Finds the root in each bracket: Newton's steps, safeguarded by a shrinking bracket.
 inline F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     constexpr int max_steps = 40;
     F t = bracket.a - bracket.fa * (bracket.b - bracket.a) / (bracket.fb - bracket.fa);
@@ -94,7 +94,7 @@ inline F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     const F close = finest * 0.0625f;
     for (int step = 0; step < max_steps; ++step) {
         const F middle = bracket.a + 0.5f * (bracket.b - bracket.a);
-        // Every fourth step bisects, so that a bad slope can't stall the search.
+        // Every fourth step bisects, so that a bad slope cannot stall the search.
         const M inside = (t > bracket.a) & (t < bracket.b) & all(step % 4 == 3 ? 0 : -1);
         t = open ? (inside ? t : middle) : t;
         const Dual<F, 1> f = along.with_slope(t);
@@ -109,14 +109,14 @@ inline F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     return t;
 }
 
-/// Whether f, of different signs at two points close together, has a pole between them rather than a jump: farther out it
-/// is much smaller, or NaN. (Closer by, floats may end before the growth shows.)
+/// Whether f, of different signs at two close points, has a pole between them and not a jump. Farther out it is much
+/// smaller, or NaN. (Closer in, floats may be too coarse to show the growth.)
 inline M grows(const Along& along, F a, F fa, F b, F fb) {
     const F out = 16.f * (b - a);
     return ~(abs(fa) + abs(fb) < 4.f * (abs(along.value(a - out)) + abs(along.value(b + out))));
 }
 
-/// `count` segments, at least one and at most `lanes`, as columns; lanes beyond are as the first.
+/// 1 to `lanes` segments as columns; unused lanes repeat the first.
 struct SegmentColumns {
     enum { origin = 0, direction = 3, t_end = 6, finest, least_slope, most_slope, a, fa, b, fb, inner, count = inner + 2 };
     static_assert(offsetof(Segment, inner) == inner * sizeof(float));
@@ -135,19 +135,19 @@ struct SegmentColumns {
     }
 };
 
-/// Finds the roots that segments have between a and b.
+/// Finds the roots of segments between a and b.
 BOB_INTO_SEARCH void refine(const Code& code, void* scratch, Segment* const* segments, int count) {
     const SegmentColumns s(segments, count);
     const F t = refined(s.along(code, scratch), {s[s.a], s[s.fa], s[s.b], s[s.fb]}, first_lanes(count), s[s.finest]);
     for (int lane = 0; lane < count; ++lane) segments[lane]->t = t[lane];
 }
 
-/// Whether a and b lie on different sides. Inside is below 0; comparisons with NaN are false, and a change to or from NaN
-/// is none.
+/// Whether a and b lie on different sides. Inside is below 0; comparisons with NaN are false, so a change to or from
+/// NaN is no sign change.
 inline M on_different_sides(F a, F b) { return ((a < F{}) & (b >= F{})) | ((a >= F{}) & (b < F{})); }
 
-/// Whether f, whose slopes lie between two, stays on the side where it is at both ends of a piece: it nowhere turns back, or
-/// lines of the steepest slopes from both ends towards zero meet before it; by more than rounding moves them.
+/// Whether f, given bounds of its slopes, keeps the sign of both ends of an interval. Either it is monotonic, or the
+/// steepest lines from both ends towards zero meet before it, by more than rounding errors.
 inline M stays(F fa, F fb, F least, F most, F length) {
     const M inside = fa < F{};
     const F from_a = abs(fa) * (inside ? -least : most), from_b = abs(fb) * (inside ? most : -least);
@@ -156,11 +156,11 @@ inline M stays(F fa, F fb, F least, F most, F length) {
     return finite & ~on_different_sides(fa, fb) & (apart | one_way);
 }
 
-/// Whether bounds show that f lies on one side.
+/// Whether bounds prove that f has one sign.
 inline M is_one_sided(Interval value, const Domain& domain) { return (value.low >= F{}) | (value.high < F{}) | domain.nowhere; }
 
-/// f at n places along each of `count` segments: at all of them at once, of which there are at most `lanes`. Not inlined, as copies of
-/// `run` for points in formula_kernels.cpp.
+/// f at n places along each of `count` segments, all at once; at most `lanes` places together. Not inlined, as copies
+/// of `run` for points in formula_kernels.cpp.
 template <int n>
 [[gnu::noinline]] void values_at_once(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n]) {
     const Segment* at[lanes];
@@ -182,21 +182,21 @@ void values_along(const Code& code, void* scratch, const Segment* const* segment
     for (int k = 0; k < n; ++k) f[k] = along.value(t[k]);
 }
 
-/// Into how many parts a segment is cut that is not settled as a whole. Many bounds over small parts decide at once what
-/// those over the whole would not; and parts of one segment fill lanes where few rays pass a cell. With 2, 5 % of prospero's
-/// rays take a tenth longer; with 4, all of them a twentieth.
+/// Number of parts of a segment that is not settled as a whole. Bounds over small parts decide more than one over the
+/// whole, and parts of one segment fill lanes where few rays pass a cell. With 2, 5 % of prospero's rays take a tenth
+/// longer; with 4, all of them a twentieth.
 constexpr int parts_of_segment = 3;
 
-/// Where f is needed then. Of segments so few that a vector has lanes for all of their places, it is computed at once.
+/// Places at the ends of the parts. If all places of the segments fit a vector, f is computed at all of them together.
 constexpr int places = parts_of_segment + 1;
 
-/// Where a segment is cut into so many parts; 0 and its end are the first and the last.
+/// Where a segment is cut into parts, from 0 to its end.
 template <class T>
 inline T cut_at(T t_end, int k, int parts = parts_of_segment) {
     return t_end * (static_cast<float>(k) / static_cast<float>(parts));
 }
 
-/// f at both ends of few segments, and where they may have to be cut.
+/// f at both ends of a few segments, and at the places where they may be cut.
 [[gnu::noinline]] inline void begin_few(const Code& code, Segment* const* segments, int count, F t_end, F (&ends)[2], void* scratch) {
     F t[places], f[places] = {};
     for (int k = 0; k < places; ++k) t[k] = cut_at(t_end, k);
@@ -207,8 +207,8 @@ inline T cut_at(T t_end, int k, int parts = parts_of_segment) {
     }
 }
 
-/// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
-/// settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero.
+/// Prepares the search along at most `lanes` segments. End values and slopes settle many segments as a whole: 65 % in
+/// CSG, 77 in a tanglecube, 33 in prospero.
 inline void begin(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
     const SegmentColumns columns(segments, count);
     const F t_end = columns[SegmentColumns::t_end], least = columns[SegmentColumns::least_slope], most = columns[SegmentColumns::most_slope];
@@ -232,18 +232,19 @@ inline void begin(const Code& code, Segment* const* segments, int count, bool ar
     }
 }
 
-/// A part of a segment that is searched by itself, and f at its ends.
+/// A part of a segment that is searched separately, with f at its ends.
 struct SegmentPart {
     Segment* segment;
     float a, fa, b, fb;
-    float to_jump;  // from a on
-    float start;    // a at first
-    float width;    // the next piece is no wider
-    bool stop_at_jump;  // without values at first, which would be written to hundreds that are not used
+    float to_jump;  // distance from a
+    float start;    // initial a
+    float width;    // maximum width of the next interval
+    bool stop_at_jump;  // no default values: they would be written to hundreds of unused parts
 };
 
-/// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
-/// ends lie on different sides there is nothing to find, unless it is a pole: the segment's a is where the rest begins.
+/// Cuts at most `lanes` open segments into parts, and omits the parts that slopes settle. A part with different signs
+/// at its ends makes the parts after it unnecessary, unless it holds a pole: then the search continues from the
+/// segment's a.
 inline SegmentPart* cut(const Code& code, Segment* const* segments, int count, bool are_few, SegmentPart* parts, void* scratch) {
     const SegmentColumns columns(segments, count);
     const F least = columns[SegmentColumns::least_slope], most = columns[SegmentColumns::most_slope];
@@ -277,13 +278,13 @@ inline SegmentPart* cut(const Code& code, Segment* const* segments, int count, b
     return parts;
 }
 
-/// Searches of parts, a lane each.
+/// Searches of parts, one per lane.
 struct Searches {
     Along along;
     F t_end{}, f_end{}, finest{};
-    F a{}, fa{}, width{}, to_jump{};  // the next piece begins at a, and is no wider than this
+    F a{}, fa{}, width{}, to_jump{};  // the next interval begins at a; `width` is its maximum width
     M stop_at_jump{}, pieces{}, active{}, unresolved{};
-    const SegmentPart* part[lanes];  // of lanes that are active
+    const SegmentPart* part[lanes];  // valid in active lanes
 
     explicit Searches(const Along& nowhere) : along(nowhere) {}
 
@@ -303,7 +304,7 @@ struct Searches {
         part[lane] = &next;
     }
 
-    /// What is left of a lane's part.
+    /// The remainder of a lane's part.
     [[nodiscard]] SegmentPart rest(int lane) const {
         SegmentPart rest = *part[lane];
         rest.a = a[lane], rest.fa = fa[lane], rest.to_jump = to_jump[lane], rest.width = width[lane];
@@ -311,7 +312,7 @@ struct Searches {
         return rest;
     }
 
-    /// What a lane found, or where it could not tell.
+    /// Stores a lane's root, or the place where it is unresolved.
     void finish(int lane, bool crossing, F b, F fb) {
         Segment& s = *part[lane]->segment;
         if (unresolved[lane] && part[lane]->start < s.doubt) s.doubt = part[lane]->start;
@@ -320,9 +321,9 @@ struct Searches {
         s.a = a[lane], s.fa = fa[lane], s.b = b[lane], s.fb = fb[lane];
     }
 
-    /// Looks at the next piece of each part, and ends those that are settled.
+    /// Bounds f over the next interval of each part, and ends the settled ones.
     [[gnu::noinline]] void step() {
-        // Where a wider piece would not do: up to just before the next jump, or, from there, to just behind it.
+        // Near a jump: first to just before it, then to just behind it.
         const M at_jump = stop_at_jump & (to_jump <= finest);
         const F way = at_jump ? maximum(to_jump + 0.25f * finest, 0.5f * finest) : to_jump - 0.5f * finest;
         const F b = min(min(a + width, t_end), stop_at_jump ? a + way : t_end);
@@ -333,15 +334,15 @@ struct Searches {
         judge(b, f, domain, fb, jump_after_b, at_jump);
     }
 
-    /// Ends the parts that are settled by f over their next pieces and at the pieces' ends, b.
+    /// Ends the parts settled by f over their next intervals and at these intervals' ends, b.
     BOB_INTO_SEARCH void judge(F b, const Dual<Interval, 1>& f, const Domain& domain, F fb, F jump_after_b, M at_jump) {
-        // Reasonable formulas need a few; after so many the ray is given up and reported.
+        // Reasonable formulas need a few; beyond this limit the ray is abandoned and reported.
         constexpr int max_pieces = 1024;
         const Interval value = f.value, slope = f.slope[0];
         const F length = b - a;
         const M differ = on_different_sides(fa, fb);
 
-        // How soon f may reach zero at the steepest slope.
+        // The nearest possible zero of f at the steepest slope.
         const M smooth = ~(domain.partly | is_nan(slope.low) | is_nan(slope.high)) & (abs(fa) < constant(infinity));
         const F steepest = fa < F{} ? slope.high : -slope.low;
         const F reach = smooth ? (steepest > F{} ? abs(fa) / steepest : constant(infinity)) : F{};
@@ -368,14 +369,14 @@ struct Searches {
             }
             active &= ~done;
         }
-        // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
-        const F skip = min(length - finest, 0.99f * reach);  // NaN, which skips nothing, where that is unknown
+        // Advances past the interval and widens it, or advances to the nearest possible zero and narrows it.
+        const F skip = min(length - finest, 0.99f * reach);  // NaN, which skips nothing, if unknown
         M skips = split & (skip > 0.125f * length);
         if (any(skips)) {
             F jump_after_skip = to_jump;
             const F there = a + skip;
             const F f_there = along.value(there, jump_after_skip);
-            skips &= (f_there < F{}) == (fa < F{});  // rounding may see the soonest root later than it is
+            skips &= (f_there < F{}) == (fa < F{});  // rounding may compute the nearest zero too late
             a = skips ? there : a;
             fa = skips ? f_there : fa;
             to_jump = skips ? jump_after_skip : to_jump;
@@ -384,13 +385,13 @@ struct Searches {
         fa = passed ? fb : fa;
         to_jump = passed ? jump_after_b : to_jump;
         width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
-        // A jump much nearer than the piece is wide is one of many, which a bound over all of them may rule out.
+        // A jump much nearer than the interval's width is one of many. A bound over all of them may rule them out.
         stop_at_jump = split ? (M)(to_jump > 0.0625f * width) : stop_at_jump & (to_jump <= finest);
     }
 };
 
 BOB_INTO_SEARCH void search(const Code& code, const SegmentPart* next, const SegmentPart* end, void* scratch) {
-    // A lane that is done takes the next part at once: few that need many pieces hold up no others.
+    // A finished lane takes the next part at once, so that parts with many intervals do not hold up others.
     Searches searches({code, scratch, {}, {}});
     while (true) {
         for (unsigned idle = bits(~searches.active); idle && next != end; idle &= idle - 1) {
@@ -403,7 +404,7 @@ BOB_INTO_SEARCH void search(const Code& code, const SegmentPart* next, const Seg
 
 constexpr int most_searched = 256;
 
-/// Searches the open ones of at most `most_searched` segments, part by part.
+/// Searches the open ones among at most `most_searched` segments, part by part.
 BOB_INTO_SEARCH void search_open(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
     Segment* open[most_searched];
     int left = 0;
@@ -422,14 +423,14 @@ BOB_INTO_SEARCH void search_open(const Code& code, Segment* const* segments, int
     if (end != parts) search(code, parts, end, scratch);
 }
 
-/// Searches at most `most_searched` segments of which slopes are known, from the values at their ends on.
+/// Searches at most `most_searched` segments with known slopes, starting from the values at their ends.
 BOB_INTO_SEARCH void search_from_ends(const Code& code, Segment* const* segments, int count, void* scratch) {
     const bool are_few = places * count <= lanes;
     for (int i = 0; i < count; i += lanes) begin(code, segments + i, count - i < lanes ? count - i : lanes, are_few, scratch);
     search_open(code, segments, count, are_few, scratch);
 }
 
-/// A part over which f is bounded.
+/// A part with bounds of f.
 struct BoundedPart {
     Segment* segment;
     float a, b;
@@ -437,7 +438,7 @@ struct BoundedPart {
     bool partly;
 };
 
-/// Of segments cut into so many parts each, those in which f may change its sign.
+/// The parts of segments, `parts_of_each` per segment, that may contain a sign change.
 inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, int count, int parts_of_each, BoundedPart* parts, void* scratch) {
     for (int in_all = count * parts_of_each, number = 0; in_all > 0; in_all -= lanes) {
         const int some = in_all < lanes ? in_all : lanes;
@@ -459,8 +460,8 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, in
     return parts;
 }
 
-/// Ends parts, at most `lanes`, that bounds and the values at their ends settle. What is left of the others are `left`, or, where they are
-/// whole segments, those that are open.
+/// Ends the parts, at most `lanes`, that bounds and end values settle. Appends the remainders of the others to `left`
+/// or, if they are whole segments, marks them open.
 inline SegmentPart* settle(const Code& code, const BoundedPart* parts, int count, SegmentPart* left, void* scratch) {
     const Segment* segments[lanes];
     F a{}, b{};
@@ -496,9 +497,10 @@ inline SegmentPart* settle(const Code& code, const BoundedPart* parts, int count
     return left;
 }
 
-/// Searches at most `most_searched` segments of which no slopes are known, from bounds on. Values at their ends would settle none, but
-/// bounds two thirds of them, so that f is needed at the ends of few. Where f may jump they tell more of parts: 5 % of the rays through a
-/// knob would take a half longer otherwise; elsewhere of a whole: parts would take all rays of smooth unions two fifths longer.
+/// Searches at most `most_searched` segments without known slopes, starting from bounds. End values would not settle
+/// any of them; bounds settle two thirds and save most end values. If f may jump, bounds of parts are better: otherwise
+/// 5 % of the rays through a knob take half as long again. If not, bounds of the whole are better: parts cost all rays
+/// of smooth unions two fifths.
 [[gnu::noinline]] inline void search_from_bounds(const Code& code, Segment* const* segments, int count, void* scratch) {
     BoundedPart bounded[most_searched * parts_of_segment];
     SegmentPart left[most_searched * parts_of_segment], *end = left;
@@ -507,7 +509,7 @@ inline SegmentPart* settle(const Code& code, const BoundedPart* parts, int count
     for (const BoundedPart* part = bounded; part < last; part += lanes) {
         end = settle(code, part, last - part < lanes ? static_cast<int>(last - part) : lanes, end, scratch);
     }
-    // Behind a root there is nothing to find.
+    // Parts behind a root are not needed.
     end = std::remove_if(left, end, [](const SegmentPart& part) { return part.segment->found && part.segment->a < part.start; });
     if (end != left) search(code, left, end, scratch);
     if (!code.may_jump) search_open(code, segments, count, false, scratch);

@@ -5,7 +5,7 @@ namespace {
 
 static_assert(lanes <= max_lanes);
 
-/// `count` floats and zeros after them.
+/// Loads `count` floats, padded with zeros.
 inline F load_some(const float* p, int count) {
     F v{};
     for (int i = 0; i < count; ++i) v[i] = p[i];
@@ -15,7 +15,7 @@ inline void store_some(float* p, F v, int count) {
     for (int i = 0; i < count; ++i) p[i] = v[i];
 }
 
-// Not inlined: a second copy of `run` for points makes compilers inline less elsewhere, and rays take 5 % longer.
+// Not inlined: with a second copy of `run` for points compilers inline less elsewhere, and rays take 5 % longer.
 [[gnu::noinline]] void values(const Code& code, const float* const point[3], int count, float* value, void* scratch) {
     Domain domain;
     store_some(value, run(code, load_some(point[0], count), load_some(point[1], count), load_some(point[2], count),
@@ -28,8 +28,9 @@ void colors(const Code& code, const int results[3], const float* const point[3],
     for (int i = 0; i < 3; ++i) store_some(color[i], static_cast<const F*>(scratch)[results[i]], count);
 }
 
-/// Notes the nearest jump of a formula, at most `reach` away from each point, and the gradient across it: of a select's condition, of what
-/// is rounded, of an angle's or a quotient's divisor through zero. Distances are as far as slopes show.
+/// The nearest jump of a formula within `reach` of each point, and the gradient of its cause. The cause is a select's
+/// condition, a rounded value, an angle's cut, or a quotient's divisor that passes zero. Distances are linear estimates
+/// from slopes.
 struct JumpBeside {
     using Gradient = Dual<F, 3>;
 
@@ -58,7 +59,7 @@ struct JumpBeside {
     }
 
 private:
-    static constexpr float reach = 1e-5f;  // roots are found to about 1e-6
+    static constexpr float reach = 1e-5f;  // roots are accurate to about 1e-6
 
     static F length(const F (&v)[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
@@ -85,7 +86,7 @@ void gradients(const Code& code, const float* const point[3], int count, bool ac
     for (int axis = 0; axis < 3; ++axis) store_some(gradient[axis], jumps ? beside.across[axis] : f.slope[axis], count);
 }
 
-/// Writes down what intervals decide.
+/// Stores the decisions of intervals.
 struct Record {
     Decision*& next;
 
@@ -126,7 +127,7 @@ struct Record {
             default:
                 d.first = bits(result.low == result.high);
                 d.second = bits(result.low + 1.f == result.high);
-                store(d.value, result.low + 0.f);  // of zeros, the positive one
+                store(d.value, result.low + 0.f);  // turns -0 into 0
                 break;
         }
         return result;
@@ -162,11 +163,11 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     for (int axis = 0; axis < 3; ++axis) {
         reach += maximum(abs(f.slope[axis].low), abs(f.slope[axis].high)) * half[axis];
     }
-    // Where slopes allow far more than bounds of the values do, as in sums of exponentials, nothing is learnt from them.
+    // Slopes are ignored if they allow far more than bounds of the values, as in sums of exponentials.
     const M tell = ~(reach > 4.f * (f.value.high - f.value.low));
     reach += 1e-6f * (reach + abs(middle));
     const F least = load<F>(boxes.least), most = load<F>(boxes.most);
-    // False where the slopes or the value are unknown.
+    // False if the slopes or the value are unknown.
     const M smooth = ~domain.partly & (abs(middle) < constant(infinity));
     const M rises = smooth & (middle - reach > least), falls = smooth & (middle + reach < most);
     store(boxes.least, rises ? middle - reach : least);

@@ -1,6 +1,6 @@
-/// Elementary functions of vectors of floats, after Moshier's Cephes library (single precision): a few units in the last
-/// place, which `interval.h` allows for. Sine and cosine lose digits beyond |x| = 1e4, as x itself has. Only for
-/// *_kernels.cpp.
+/// Elementary functions of float vectors, after Moshier's Cephes library (single precision). They are accurate to a few
+/// units in the last place, and `interval.h` allows for that. Sine and cosine lose digits beyond |x| = 1e4, as x itself
+/// does. Only for *_kernels.cpp.
 #pragma once
 
 #include <limits>
@@ -17,16 +17,16 @@ inline const float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 inline M is_nan(F a) { return a != a; }
 inline F abs(F a) { return as_floats(as_bits(a) & all(0x7fffffff)); }
-/// The size of a with the sign of b.
+/// The magnitude of a with the sign of b.
 inline F copy_sign(F a, F b) {
     return as_floats((as_bits(a) & all(0x7fffffff)) | (as_bits(b) & all(static_cast<std::int32_t>(0x80000000))));
 }
 
-/// min and max that pass NaN on, whichever operand it is.
+/// min and max that propagate NaN from either operand.
 inline F minimum(F a, F b) { return is_nan(a) ? a : min(a, b); }
 inline F maximum(F a, F b) { return is_nan(a) ? a : max(a, b); }
 
-/// To the nearest integer, halves to the even one: below 2^23, adding and taking away 2^23 rounds.
+/// To the nearest integer, halves to even: below 2^23, adding and subtracting 2^23 rounds.
 inline F round(F a) {
     const F shift = copy_sign(constant(0x1p23f), a);
     return abs(a) < constant(0x1p23f) ? copy_sign((a + shift) - shift, a) : a;
@@ -57,7 +57,7 @@ inline F sine(F x, int quarter_turns) {
     const M quadrant = to_integers(turns) + quarter_turns;
     const F size = (quadrant & 1) != M{} ? cos_r : sin_r;
     const F result = (quadrant & 2) != M{} ? -size : size;
-    return x - x == F{} ? result : constant(not_a_number);  // NaN of NaN and of infinity
+    return x - x == F{} ? result : constant(not_a_number);  // NaN for NaN and for infinity
 }
 inline F sin(F x) { return sine(x, 0); }
 inline F cos(F x) { return sine(x, 1); }
@@ -118,7 +118,7 @@ inline F atan2(F y, F x) {
     const F size_x = abs(x), size_y = abs(y);
     const M steep = size_y > size_x;
     const F ratio = (steep ? size_x : size_y) / (steep ? size_y : size_x);
-    // Of equal sizes, zeros and infinities have no ratio.
+    // Equal zeros and equal infinities have no ratio.
     const F of_equals = size_x > F{} ? constant(1.f) : F{};
     F angle = atan_of_ratio(size_x == size_y ? of_equals : ratio);
     angle = steep ? 1.57079632679489662f - angle : angle;
@@ -145,7 +145,7 @@ inline F corner(F a, F b) {
 /// The remainder of a / b with the sign of b.
 inline F modulo(F a, F b) { return a - b * floor(a / b); }
 
-/// a^n for n >= 1; products of sizes alone, so that it rises with the size of a to the last bit.
+/// a^n for n >= 1, by products of magnitudes only. It is therefore monotonic in the magnitude of a to the last bit.
 inline F power(F a, int n) {
     F result = a, factor = a;
     bool started = false;

@@ -15,7 +15,7 @@ bool commutes(Op op) {
     return op == Op::add || op == Op::multiply || op == Op::minimum || op == Op::maximum || op == Op::hypot;
 }
 
-/// Products that don't wait for each other. A constant's bits count, so that 0 and -0 are two.
+/// Independent products. A constant is hashed by its bits, so that 0 and -0 differ.
 std::size_t hash(Op op, std::uint32_t a, std::uint32_t b, std::uint32_t c, double value) {
     const std::uint64_t of_op = static_cast<std::uint64_t>(op) << 32 | a, of_others = static_cast<std::uint64_t>(b) << 32 | c;
     const std::uint64_t h = of_op * 0x9e3779b97f4a7c15 + of_others * 0xbf58476d1ce4e5b9 +
@@ -68,7 +68,7 @@ void Graph::clear() {
 }
 
 Expression Graph::expression(Value root) const {
-    // A graph's nodes are in order; where their numbers come from is up to the caller.
+    // Nodes of a graph are in order; only their numbers, which the caller chose, are checked.
     for (std::uint32_t i = 0; i <= root.index; ++i) check_numbers(nodes_[i], i);
     std::uint32_t roots[] = {root.index};
     Expression result;
@@ -99,7 +99,7 @@ Value Graph::like(const Node& node, const Value operand[3]) {
 
 Value Graph::again(const Node& node, const Value operand[3]) {
     const int count = operands(node.op);
-    // What was older may be younger here.
+    // Nodes may be in another order of age here.
     if (commutes(node.op) && operand[1].index < operand[0].index) return like(node, operand);
     if (node.op == Op::mesh_distance) return like(node, operand);  // which keeps the mesh
     return add(node.op, {count > 0 ? operand[0].index : 0, count > 1 ? operand[1].index : 0, count > 2 ? operand[2].index : 0},
@@ -131,7 +131,7 @@ std::array<Value, 3> Graph::substitute(const ColorFormula& f, Value x, Value y, 
 
 // ---- Algebra --------------------------------------------------------------------------------------
 //
-// One view of a value's node, so that rules read like the algebra they state.
+// A view of a value's node, so that rules read like the algebra they state.
 
 namespace {
 
@@ -145,9 +145,9 @@ struct Term {
     [[nodiscard]] bool is_constant(double c) const { return is_constant() && node().value == c; }
     [[nodiscard]] double constant() const { return node().value; }
     [[nodiscard]] Term operand(int k) const { return {graph, {&graph, node().operand[k]}}; }
-    /// Finite constants can be gathered; of infinite ones, inf - inf would become a NaN for good.
+    /// Finite constants can be combined; with infinite ones, inf - inf would become a permanent NaN.
     [[nodiscard]] bool is_finite_constant() const { return is_constant() && std::isfinite(constant()); }
-    /// Whether it is `op` of something and a finite constant, which canonical order puts second.
+    /// Whether it is `op` of a value and a finite constant, which canonical order puts second.
     [[nodiscard]] bool is_with_constant(Op op) const { return is(op) && operand(1).is_finite_constant(); }
 
     [[nodiscard]] bool is_never_negative() const {
@@ -169,7 +169,7 @@ struct Term {
     }
 };
 
-/// Whether the one is the other's negative, but for the last bits of a constant.
+/// Whether the two are negatives of each other, up to the last bits of a constant.
 bool opposite(Term a, Term b) {
     const auto about = [](double p, double q) { return std::fabs(p - q) <= 1e-15 * std::fabs(p); };
     if (a.is(Op::negate) || b.is(Op::negate)) {
@@ -191,7 +191,7 @@ bool opposite(Term a, Term b) {
     return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
 }
 
-/// A sum of more squares keeps its root, so that no sum takes long; a vector has three.
+/// Sums of more squares keep their root, so that no sum takes long; a vector has three.
 constexpr std::size_t max_squares = 64;
 
 bool has_few_summands(Term sum) {
@@ -209,7 +209,7 @@ bool has_few_summands(Term sum) {
     return true;
 }
 
-/// The root of a sum of squares as a chain of hypot; false where a summand is not a square.
+/// The root of a sum of squares as a chain of hypot; false if a summand is not a square.
 bool root_of_squares(Term sum, Value& chain, bool& started) {
     if (sum.is(Op::add)) {
         return root_of_squares(sum.operand(0), chain, started) && root_of_squares(sum.operand(1), chain, started);
@@ -288,7 +288,7 @@ Value Graph::binary(Op op, Value left, Value right) {
             }
             if (b.is(Op::negate)) return left - b.operand(0).value;
             if (a.is(Op::negate)) return right - a.operand(0).value;
-            // max(u, 0) + min(u, 0) is u: what is left of a box where one face is near.
+            // max(u, 0) + min(u, 0) is u: the remainder of a box near one face.
             if (((a.is(Op::maximum) && b.is(Op::minimum)) || (a.is(Op::minimum) && b.is(Op::maximum))) &&
                 a.operand(1).is_constant(0) && b.operand(1).is_constant(0) &&
                 a.operand(0).value == b.operand(0).value) {
@@ -334,7 +334,7 @@ Value Graph::binary(Op op, Value left, Value right) {
         case Op::minimum:
         case Op::maximum:
             if (left == right) return left;
-            // What is left of a solid cut away along its own face: never negative, so nothing.
+            // The remainder of a solid cut along its own face: never negative, so empty.
             if (opposite(a, b)) return op == Op::maximum ? abs(left) : -abs(left);
             if (op == Op::maximum && b.is_constant() && b.constant() <= 0 && a.is_never_negative()) return left;
             if (b.is_constant() && a.is_with_constant(op)) {

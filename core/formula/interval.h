@@ -1,10 +1,12 @@
-/// Intervals of floats, a vector of them at a time: every value that a formula takes, as the point evaluator rounds it,
-/// lies within its interval. Sums, products, quotients and roots round alike and so never cross their bounds; the
-/// elementary functions are off by a few units in the last place, and their bounds are widened by more than that.
+/// Intervals of floats, one per lane. Every value of a formula, as the point evaluator rounds it, lies within its
+/// interval.
 ///
-/// A bound that is NaN (from inf - inf, say) carries no information, and compares accordingly. Points at which a
-/// formula is NaN are not on a surface: intervals hold the other values only, and `Domain` records where there may be
-/// such points, and where there are no others. Only for *_kernels.cpp.
+/// Sums, products, quotients and roots round the same way and never cross their bounds. The elementary functions are
+/// off by a few units in the last place, and their bounds are widened by more.
+///
+/// A NaN bound, for example from inf - inf, carries no information and compares accordingly. Points where a formula is
+/// NaN are not on a surface. Intervals contain the other values only; `Domain` records boxes where such points may
+/// exist and boxes with no other points. Only for *_kernels.cpp.
 #pragma once
 
 #include "formula/functions.h"
@@ -15,15 +17,15 @@ struct Interval {
     F low, high;
 };
 
-/// Lane by lane, over all steps of a formula.
+/// Per lane, over all steps of a formula.
 struct Domain {
     M partly{};   // some points may be NaN
     M nowhere{};  // all points are NaN
 };
 
-/// Looks for NaN among the values of a step whose operands hold none: inf - inf, 0 * inf, inf / inf. Where there may be one,
-/// the bounds of the step are NaN or infinite on both sides. Values that are infinite on one side are numbers like others:
-/// an exponential that overflows is left out by the minimum of a smooth union.
+/// Detects possible NaN values of a step whose operands have none: inf - inf, 0 * inf, inf / inf. Its bounds are then
+/// NaN, or infinite on both sides. A value that is infinite on one side is valid: the minimum of a smooth union
+/// discards an exponential that overflows.
 inline void watch(const Interval& a, Domain& domain) { domain.partly |= is_nan(a.low + a.high); }
 
 inline Interval interval(float x) { return {constant(x), constant(x)}; }
@@ -35,13 +37,13 @@ inline Interval meet(Interval a, float low, float high) {
     return {maximum(a.low, constant(low)), minimum(a.high, constant(high))};
 }
 inline Interval widened(Interval a, float relative, float absolute) {
-    // Infinite ends widen like the largest floats: inf - inf and 0 * inf would carry no information.
+    // Infinite bounds widen like the largest floats: inf - inf and 0 * inf would carry no information.
     const F largest = constant(std::numeric_limits<float>::max());
     const F low = minimum(a.low, largest), high = maximum(a.high, -largest);
     return {low - (min(abs(low), largest) * relative + absolute),
             high + (min(abs(high), largest) * relative + absolute)};
 }
-/// The hull of values that grow with x, at both ends of it; a few units in the last place are added.
+/// The hull of an increasing function, from both ends, widened by a few units in the last place.
 template <class Function>
 inline Interval rising(Interval x, Function f) {
     return widened({f(x.low), f(x.high)}, 2e-6f, 1e-37f);
@@ -117,7 +119,7 @@ inline Interval acos(Interval a, Domain& domain) {
 }
 inline Interval atan(Interval a) { return widened(rising(a, [](F x) { return atan(x); }), 0, 1e-6f); }
 
-/// Whether the interval may hold offset + n period for a whole n.
+/// Whether the interval may contain offset + n period for an integer n.
 inline M holds_multiple(Interval a, float offset, float period) {
     const F slack = 1e-5f + 1e-6f * maximum(abs(a.low), abs(a.high));
     const F first = ceil((a.low - slack - offset) * (1 / period)) * period + offset;
@@ -152,7 +154,7 @@ inline Interval tan(Interval a) {
 /// Whether the angle of (x, y) jumps within the box, from pi to -pi.
 inline M crosses_cut(Interval y, Interval x) { return ~(x.low > F{}) & contains_zero(y); }
 inline Interval atan2(Interval y, Interval x) {
-    // On a box that the cut does not cross, the angle is extreme at corners.
+    // On a box that the cut does not cross, the angle has its extremes at corners.
     const Interval corners = hull_of(atan2(y.low, x.low), atan2(y.low, x.high), atan2(y.high, x.low),
                                      atan2(y.high, x.high));
     const Interval all_around = {constant(-3.1415928f), constant(3.1415928f)};
@@ -160,7 +162,7 @@ inline Interval atan2(Interval y, Interval x) {
                   choose(crosses_cut(y, x), all_around, widened(corners, 2e-6f, 1e-6f)));
 }
 
-/// Whether a / b rounds down to the same number everywhere.
+/// Whether a / b rounds down to the same integer everywhere.
 inline M same_quotient(Interval a, Interval b) {
     const M one_divisor = (b.low == b.high) & (b.low != F{});
     const F quotient = floor(a.low / b.low);
@@ -172,7 +174,7 @@ inline Interval modulo(Interval a, Interval b, Domain& domain) {
     const F quotient = floor(a.low / b.low);
     const Interval smooth = {a.low - b.low * quotient, a.high - b.low * quotient};
     const Interval wrapped = {minimum(b.low, F{}) - slack, maximum(b.high, F{}) + slack};
-    // Quotients beyond 1e38 would be infinite.
+    // Quotients above 1e38 would be infinite.
     const F largest = maximum(abs(a.low), abs(a.high)), divisor = minimum(abs(b.low), abs(b.high));
     const M wraps = ~contains_zero(b) & (largest / divisor < constant(1e38f));
     return choose(same_quotient(a, b), smooth, choose(wraps, wrapped, unknown()));
@@ -182,7 +184,7 @@ inline Interval select(Interval a, Interval b, Interval c) {
     return choose(a.high < F{}, b, choose(a.low >= F{}, c, choose(is_nan(a.low + a.high), unknown(), hull(b, c))));
 }
 
-/// a from 0 on: what counts where it is not negative.
+/// The nonnegative part of a.
 inline Interval beyond_zero(Interval a) { return maximum(a, interval(0)); }
 inline Interval corner(Interval a, Interval b) {
     return select(minimum(a, b), maximum(a, b), hypot(beyond_zero(a), beyond_zero(b)));

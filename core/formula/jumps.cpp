@@ -13,34 +13,34 @@ namespace {
 
 constexpr int max_jumps = 3;
 
-/// Of each node: bounded, asked whether it is needed, and copied if so.
+/// Cost of each node: it is bounded, tested for need, and copied if needed.
 constexpr std::uint64_t units_of_survey = 40;
 constexpr double pi = 3.14159265358979323846;
 
 enum class Sign { positive, negative, mixed };
 
-/// Decisions of a tape that are taken for granted, on one side of a jump, by their numbers.
+/// Decisions of a tape assumed on one side of a jump, by number.
 using Given = std::map<std::size_t, Decision>;
 
-/// Where a formula jumps.
+/// A jump of a formula.
 struct Jump {
     std::size_t decision;  // its number
-    float low = 0;         // of a rounding: the number before or after the jump, whichever is lower
+    float low = 0;         // of a rounding: the lower of the numbers before and after the jump
 };
 
-/// What a box shows about a formula.
+/// The decisions and jumps of a formula in a box.
 struct Survey {
     Sign sign = Sign::mixed;
     std::vector<Decision> decisions;
-    std::optional<Jump> jump;   // one that the box leaves open, a rounding or an angle rather than a select
-    bool is_select = false;     // the jump is that of a select
-    bool other_jumps = false;   // that can't be taken out
+    std::optional<Jump> jump;   // an undecided one; preferably a rounding or an angle, else a select
+    bool is_select = false;     // the jump is a select's
+    bool other_jumps = false;   // that cannot be moved outside
 };
 
-/// Whether an instruction is a decision; a corner is two, the first of which is its maximum's.
+/// Number of decisions of an instruction; a corner has two, first its maximum's.
 int decisions_of(const Instruction& step) { return step.op == corner_distance ? 2 : is_decision(step.op) ? 1 : 0; }
 
-/// Makes an instruction compute what its decision's outcome is.
+/// Replaces an instruction by the outcome of its decision.
 void settle(Instruction& step, const Decision& outcome) {
     const bool first = outcome.first & 1;
     if (is_rounding(step.op)) {
@@ -54,7 +54,7 @@ void settle(Instruction& step, const Decision& outcome) {
     step.op = affine;
 }
 
-/// Bounds in the first of the boxes, and what it decides where some decisions are given.
+/// Bounds in the first box, and its decisions under given ones.
 std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box) {
     std::vector<Decision> decisions(tape.decisions().size());
     const FormulaKernels& kernels = best_formula_kernels();
@@ -81,7 +81,7 @@ std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box
         at += static_cast<std::size_t>(count);
     }
     kernels.bounds({settled.data(), settled.size(), code.registers, code.result, code.may_jump}, box, decisions.data(), scratch(code.registers));
-    // The kernel knows nothing of the decisions that are settled.
+    // The kernel does not report settled decisions.
     auto told = decisions.size() - static_cast<std::size_t>(std::count(is_settled.begin(), is_settled.end(), true));
     for (at = decisions.size(); at-- > 0;) {
         if (!is_settled[at]) decisions[at] = decisions[--told];
@@ -90,7 +90,7 @@ std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box
     return decisions;
 }
 
-/// The jumps that a box leaves open.
+/// The undecided jumps of a box.
 void find_jumps(const Tape& tape, Survey& survey) {
     const std::vector<bool> is_needed = tape.are_needed(survey.decisions, 0);
     std::optional<Jump> of_select;
@@ -124,7 +124,7 @@ Survey survey(const Tape& tape, const Given& given, BoxBatch box, Work& work) {
         find_jumps(tape, result);
     }
     if (box.partly & 1) {
-        // Only what is given may be left out: the greater of two that is never taken may still be NaN.
+        // Only given decisions may prune: the operand of a maximum that is never taken may still be NaN.
         for (std::size_t at = 0; at < result.decisions.size(); ++at) {
             if (!given.contains(at)) result.decisions[at] = {};
         }
@@ -132,14 +132,15 @@ Survey survey(const Tape& tape, const Given& given, BoxBatch box, Work& work) {
     return result;
 }
 
-/// What is negative before a jump of a node whose first operand is `a`.
+/// An expression that is negative before a jump of a node with first operand `a`.
 Value condition(Op op, const Jump& jump, Value a) {
     const float threshold = op == Op::floor ? jump.low + 1 : op == Op::ceil ? jump.low : jump.low + 0.5f;
     return is_rounding(op) ? a - threshold : a;
 }
 
-/// What is given on one side of a jump of a rounding or a select, besides what is already. Where the sign of what a select asks for is
-/// known, so is it of what that is a multiple of: absolute values and halves cut off at zero need no longer be asked.
+/// The decisions on one side of a jump of a rounding or a select, added to `given`. The sign of a select's condition is
+/// known there, and so is the sign of the value it is a multiple of: absolute values and halves cut off at zero are
+/// then decided too.
 Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
     const std::vector<Node>& nodes = tape.expression().nodes();
     const auto choice = [](bool first) { return Decision{first ? 1u : 0u, first ? 0u : 1u, {}}; };
@@ -148,7 +149,7 @@ Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
         given[jump.decision] = {1, 0, {before ? jump.low : jump.low + 1}};
         return given;
     }
-    std::map<std::uint32_t, bool> is_negative;  // of nodes whose sign is known
+    std::map<std::uint32_t, bool> is_negative;  // of nodes with known sign
     std::uint32_t i = nodes[jumping].operand[0];
     bool negative = is_negative[i] = before;
     while (nodes[i].op == Op::negate || (nodes[i].op == Op::multiply && nodes[nodes[i].operand[1]].op == Op::constant)) {
@@ -171,7 +172,8 @@ Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
     return given;
 }
 
-/// The formula on one side of the cut of an angle: it is counted from there, where it is small, and half a turn added or taken.
+/// The formula on one side of the cut of an angle. The angle is measured from the cut, where it is small, plus or minus
+/// half a turn.
 Expression beside_cut(const Tape& tape, const Survey& found, bool before) {
     thread_local Graph graph;
     const Graph::Reused reused(graph);
@@ -183,7 +185,7 @@ Expression beside_cut(const Tape& tape, const Survey& found, bool before) {
     return graph.expression(tape.specialised(graph, found.decisions, 0, last, &instead));
 }
 
-/// A formula without inner jumps, and its sign where the box shows it.
+/// A formula without inner jumps, and its sign if the box determines it.
 struct Apart {
     Value value;
     Sign sign;
@@ -193,11 +195,11 @@ std::optional<Apart> taken_out(Graph& graph, const Tape& f, const Given& given, 
     const Survey found = survey(f, given, box, work);
     const auto value_of = [&](std::uint32_t node) { return f.specialised(graph, found.decisions, 0, node); };
     const auto last = static_cast<std::uint32_t>(f.expression().nodes().size() - 1);
-    // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
-    // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
+    // Selects beyond the limit stay inside: most selects in practice do not jump. Even with a known sign the formula is
+    // still needed for its slope: a jump from below zero to above is a surface with a normal.
     if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) return Apart{value_of(last), found.sign};
     const Op op = found.jump ? f.decisions()[found.jump->decision] : Op::constant;
-    // Beside the cut of an angle, it is rounded to far fewer numbers.
+    // Next to the cut of an angle, its values round to far fewer numbers.
     if (found.other_jumps && op != Op::atan2) return std::nullopt;
     if (!found.jump) return Apart{value_of(last), found.sign};
     if (jumps_left == 0) return std::nullopt;

@@ -1,8 +1,8 @@
-/// Jumps taken out of formulas.
+/// Moves jumps to the outside of formulas.
 ///
-/// Repeated shapes are formulas with jumps: floor(x) within which everything else is computed. In a box with such a
-/// jump the bounds mix both sides, and are useless. f = select(c, f before the jump, f after it) has the same values,
-/// but each side is bounded by itself; they only meet on the surface c = 0.
+/// Repeated shapes are formulas with jumps: everything else is computed within floor(x). In a box with that jump the
+/// bounds mix both sides and are useless. f = select(c, f before the jump, f after it) has the same values, but each
+/// side is bounded separately; they only meet on the surface c = 0.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@
 
 namespace bob {
 
-/// The formula with every a mod b written as a - b floor(a / b).
+/// The formula with every a mod b replaced by a - b floor(a / b).
 [[nodiscard]] Expression without_modulo(const Expression& f);
 
-/// A formula with the same signs and roots in the first of the boxes, in which up to three selects stand outside of
-/// everything that jumps there; a constant where there is no root. Nothing if more roundings and angles jump there, or a
-/// rounding between more than two numbers.
+/// A formula with the same signs and roots in the first box. Up to three selects are outside everything that jumps
+/// there. A constant if there is no root. Empty if more roundings and angles jump there, or a rounding takes more than
+/// two values.
 [[nodiscard]] std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work);
 
 }  // namespace bob

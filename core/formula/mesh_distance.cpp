@@ -26,20 +26,20 @@ using Triangle = MeshDistance::Triangle;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr float float_infinity = std::numeric_limits<float>::infinity();
 
-/// More than the rounding of a distance.
+/// Bounds of a distance's rounding error.
 constexpr double absolute_error = 1e-10, relative_error = 1e-12;
 
-/// As far from a triangle as its sides are looked at: nothing thinner is told apart.
+/// How far to the sides of a triangle its orientation is tested; thinner gaps are not resolved.
 constexpr double aside = 1e-6;
 
 constexpr float node_cost = 1.5f;
 
-/// Triangles that are looked at for the sides of one: so that no file, however odd, builds for minutes.
+/// Maximum number of triangles tested for the sides of one, so that no file, however odd, takes minutes to build.
 constexpr std::size_t most_beside = 2048, unlimited = std::numeric_limits<std::size_t>::max();
 
 Point wide(Vec3 v) { return {v.x, v.y, v.z}; }
 
-/// Around a point in double precision, and wider at each side by `reach`.
+/// A box around a point in double precision, widened by `reach` on each side.
 Box around(const Point& p, double reach) {
     Box box;
     for (int axis = 0; axis < 3; ++axis) {
@@ -69,7 +69,7 @@ struct Clean {
     std::vector<Triangle> triangles;
 };
 
-/// Equal vertices are one, in the order in which triangles come to them.
+/// Merges equal vertices, in the order of their first use by triangles.
 Clean merged(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
     struct Hash {
         std::size_t operator()(const std::array<std::uint32_t, 3>& bits) const {
@@ -97,7 +97,7 @@ Clean merged(std::span<const Vec3> vertices, std::span<const Triangle> triangles
                 const std::array bits{std::bit_cast<std::uint32_t>(v.x + 0.f), std::bit_cast<std::uint32_t>(v.y + 0.f),
                                       std::bit_cast<std::uint32_t>(v.z + 0.f)};
                 const auto [found, is_new] = places.try_emplace(bits, static_cast<std::uint32_t>(result.vertices.size()));
-                if (is_new) result.vertices.push_back({v.x + 0.f, v.y + 0.f, v.z + 0.f});  // of zeros, the positive one
+                if (is_new) result.vertices.push_back({v.x + 0.f, v.y + 0.f, v.z + 0.f});  // turns -0 into 0
                 place[vertex] = found->second;
             }
             corners[k] = place[vertex];
@@ -108,10 +108,10 @@ Clean merged(std::span<const Vec3> vertices, std::span<const Triangle> triangles
     return result;
 }
 
-/// Throws unless each edge is as often there in one direction as in the other.
+/// Throws unless each edge occurs equally often in both directions.
 void check_closed(const std::vector<Triangle>& triangles) {
     if (triangles.empty()) throw std::invalid_argument("expected a closed mesh, got no triangles");
-    std::vector<std::uint64_t> edges;  // the ends, and in the lowest bit the direction
+    std::vector<std::uint64_t> edges;  // the ends, with the direction in the lowest bit
     edges.reserve(3 * triangles.size());
     for (const Triangle& t : triangles) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -209,7 +209,7 @@ MeshDistance::MeshDistance(std::vector<Vec3> vertices, std::vector<Triangle> tri
             }
         }
     }
-    // After all else: it looks for triangles, and for what is inside.
+    // Last, since it searches for triangles and tests points for inside.
     std::vector<std::int8_t> senses(faces_.size());
     parallel_for(faces_.size(), 1024, [&](std::size_t begin, std::size_t end) {
         Interruption::check();
@@ -270,8 +270,8 @@ int MeshDistance::sense(std::uint32_t index) const {
     return above && below ? *below - *above : 0;
 }
 
-/// Whether two triangles have more in common than a corner, an edge or a point where they touch. If not, some axis tells them
-/// apart: a normal, what is across an edge of each, or, where both lie in one plane, across an edge in it.
+/// Whether two triangles share more than a corner, an edge or a touching point. If not, they have a separating axis: a
+/// normal, the cross product of an edge of each or, for coplanar triangles, an edge normal in the plane.
 bool MeshDistance::overlap(const Face& a, const Face& b) {
     const Point origin = wide(a.corner[0]);
     Point p[3], q[3], p_edge[3], q_edge[3];
@@ -304,8 +304,8 @@ bool MeshDistance::overlap(const Face& a, const Face& b) {
 
 // ---- Inside and outside ----------------------------------------------------------------------------------
 
-/// By what is above p. How a triangle winds around the vertical line is the sum over its edges, and what an edge adds is its twin's
-/// negative to the bit; so no line passes between two triangles.
+/// Counts the winding of the triangles above p. A triangle's winding around the vertical line is the sum over its
+/// edges, and opposite edges contribute exact negatives; so no line passes between two triangles.
 std::optional<bool> MeshDistance::is_inside(const Point& p, std::size_t most) const {
     Box above = around(p, 0);
     above.high.z = float_infinity;
@@ -332,8 +332,8 @@ std::optional<bool> MeshDistance::is_inside(const Point& p, std::size_t most) co
 
 // ---- Distances -------------------------------------------------------------------------------------------
 
-/// Christer Ericson, "Real-Time Collision Detection", 2005, 5.1.5; within the triangle along its normal, which is as exact where it
-/// is narrow.
+/// The closest point: Christer Ericson, "Real-Time Collision Detection", 2005, 5.1.5. Inside the triangle, the distance
+/// along its normal, which is accurate for narrow triangles too.
 MeshDistance::Closest MeshDistance::closest(const Face& face, const Point& p) {
     const Point a = wide(face.corner[0]), b = wide(face.corner[1]), c = wide(face.corner[2]);
     const auto at = [&](const Point& q) {
@@ -360,7 +360,7 @@ MeshDistance::Closest MeshDistance::closest(const Face& face, const Point& p) {
     return {height * height, p - height * face.normal, true};
 }
 
-/// `Number`: what distances from boxes are computed in.
+/// `Number`: the type of distances from boxes.
 template <class Number>
 void MeshDistance::find_closest(const Point& p, Closest& best) const {
     constexpr Number none = std::numeric_limits<Number>::infinity();
@@ -418,11 +418,11 @@ void MeshDistance::find_closest(const Point& p, Closest& best) const {
 }
 
 MeshDistance::Closest MeshDistance::closest(const Point& p, const Known& known) const {
-    // What was the closest close by is close here; where nothing is known, any triangle will do.
+    // The closest triangle of a nearby point is close here; without one, any triangle will do.
     const std::uint32_t first = known.face == no_face ? 0 : known.face;
     Closest best = closest(faces_[first], p);
     best.face = first;
-    // Seen from afar, floats don't tell which box is closer.
+    // Far away, floats do not distinguish which box is closer.
     const bool is_far = std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}) > 8;
     is_far ? find_closest<double>(p, best) : find_closest<float>(p, best);
     return best;
@@ -435,7 +435,7 @@ double MeshDistance::signed_distance(const Point& p, const Closest& closest, Kno
     if (closest.within && face.sense) {
         inside = face.sense * dot(p - wide(face.corner[0]), face.normal) < 0;
     } else if (known.face != no_face && length(p - known.point) < std::fabs(known.distance)) {
-        inside = known.distance < 0;  // there is no surface between the two points
+        inside = known.distance < 0;  // no surface lies between the two points
     } else {
         inside = *is_inside(p, unlimited);
     }
@@ -446,7 +446,7 @@ double MeshDistance::signed_distance(const Point& p, const Closest& closest, Kno
 
 namespace {
 
-/// What a distance is where a coordinate is no number or infinite; 0 where none is.
+/// The distance if a coordinate is NaN or infinite; 0 if all are finite.
 double beyond(const Point& p) {
     const double size = std::fabs(p[0]) + std::fabs(p[1]) + std::fabs(p[2]);
     return size < infinity ? 0 : size;
@@ -472,12 +472,14 @@ double MeshDistance::operator()(const Point& p, Known& known, Point& gradient) c
     return distance;
 }
 
-/// A point's gradient is spanned by the normals of the triangles that meet where the surface is closest to it (what lies within all
-/// their planes lies within the surface there), and these are at most |distance| + 2 radius from the center. So it is a mean of
-/// normals, made longer to a length of 1.
+/// Bounds the gradients of all points of a ball.
+///
+/// A point's gradient is spanned by the normals of the triangles that meet at its closest surface point: inside all
+/// their planes is inside the surface there. All of these triangles are at most |distance| + 2 radius from the center.
+/// So the gradient is a mean of normals, scaled to length 1.
 bool MeshDistance::gradients(const Point& center, double radius, double distance, Point& low, Point& high) const {
     constexpr double least_length = 0.05;
-    constexpr int most_faces = 256;  // of which a box that is worth a bound has far fewer
+    constexpr int most_faces = 256;  // boxes small enough for a useful bound have far fewer
     const double reach = (std::fabs(distance) + 2 * radius) * (1 + relative_error) + absolute_error;
     if (!(reach < 10)) return false;
     low = {2, 2, 2}, high = {-2, -2, -2};
@@ -486,7 +488,7 @@ bool MeshDistance::gradients(const Point& center, double radius, double distance
     for_each_in(around(center, reach), [&](std::uint32_t index) {
         if (++looked_at > most_faces) return false;
         const Face& face = faces_[index];
-        if (face.normal == Point{}) return true;  // its neighbours' normals do
+        if (face.normal == Point{}) return true;  // its neighbours' normals suffice
         if (closest(face, center).squared > reach * reach) return true;
         double squared = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {

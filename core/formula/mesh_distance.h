@@ -1,4 +1,4 @@
-/// The distance of points from a closed mesh, negative inside: what formulas have of meshes.
+/// The signed distance of points from a closed mesh, negative inside, for formulas.
 #pragma once
 
 #include <array>
@@ -17,19 +17,18 @@ namespace bob {
 
 class Expression;
 
-/// Immutable, and there is one of each mesh: equal meshes share it, and have its number. Inside is where the surface winds around
-/// a point, in whichever direction, so parts may overlap. Distances are Euclidean, in double precision.
+/// Immutable and unique: equal meshes share one object and number. A point is inside if the surface winds around it in
+/// either direction, so parts may overlap. Distances are Euclidean, in double precision.
 class MeshDistance {
 public:
     using Point = Vec3d;
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// Equal vertices become one; triangles without three corners, and vertices without triangles, are left out. Throws
-    /// std::invalid_argument unless coordinates are in -1..1, corners among the vertices, and each edge as often there in one
-    /// direction as in the other.
+    /// Merges equal vertices; drops degenerate triangles and unused vertices. Throws std::invalid_argument unless
+    /// coordinates are in -1..1, corners refer to vertices, and each edge occurs equally often in both directions.
     static std::shared_ptr<const MeshDistance> of(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
-    /// Null where no mesh has the number, or none that is still in use.
+    /// Null if no mesh in use has the number.
     static std::shared_ptr<const MeshDistance> numbered(double number);
 
     ~MeshDistance();
@@ -41,46 +40,45 @@ public:
     [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
     [[nodiscard]] std::size_t bytes() const;
 
-    /// What is known of a point close by, which makes the next search short.
+    /// The result for a nearby point, which shortens the next search.
     struct Known {
         Point point{};
         double distance = -1;
         std::uint32_t face = no_face;
     };
 
-    /// NaN where a coordinate is, infinite where one is. `known` becomes that of this point.
+    /// NaN if a coordinate is NaN, infinite if one is infinite. `known` is updated to this point.
     double operator()(const Point& p, Known& known) const;
     double operator()(const Point& p) const {
         Known nothing;
         return (*this)(p, nothing);
     }
-    /// And the gradient, a unit vector; zero where the distance is no number or infinite.
+    /// Also the gradient, a unit vector; zero if the distance is NaN or infinite.
     double operator()(const Point& p, Known& known, Point& gradient) const;
 
-    /// Bounds of the gradient's components where no point is farther than `radius` from `center`, whose distance is `distance`.
-    /// False where nothing is known but that it is a unit vector.
+    /// Bounds of the gradient's components over the ball of `radius` around `center`, given the distance of `center`.
+    /// False if nothing better than a unit vector is known.
     bool gradients(const Point& center, double radius, double distance, Point& low, Point& high) const;
 
 private:
     static constexpr std::uint32_t no_face = 0xffffffff;
 
-    /// `sense`: 1 where the side from which the corners are anticlockwise is outside and the other inside, -1 where it is the other
-    /// way round, 0 where both are inside, or other triangles cut through
-    /// or are too many to look at.
+    /// A triangle with its orientation. `sense` is 1 if the anticlockwise side is outside and the other inside, -1 if
+    /// reversed. It is 0 if both sides are inside, other triangles cut through, or too many are nearby to test.
     struct Face {
         Vec3 corner[3];
         int sense = 0;
-        Point normal{};  // zero of a triangle without an area
+        Point normal{};  // zero for a triangle without area
     };
 
-    /// Eight triangles, with boxes as nodes have them: an absent one has a box that nothing meets.
+    /// Eight triangles, with boxes as in BVH nodes: an absent one has a box that nothing intersects.
     struct Leaf {
         float bounds[2][3][8];
         Packet face;
     };
 
     struct Closest {
-        double squared;  // of the distance
+        double squared;  // distance
         Point point{};
         bool within = false;  // neither on an edge nor at a corner
         std::uint32_t face = no_face;
@@ -91,11 +89,11 @@ private:
     static Closest closest(const Face& face, const Point& p);
     static bool overlap(const Face& a, const Face& b);
 
-    /// visit(face) of those whose boxes meet a box, while it returns true.
+    /// Calls visit(face) for faces with boxes that intersect a box, while it returns true.
     template <class Visit>
     void for_each_in(const Box& box, Visit visit) const;
     [[nodiscard]] int sense(std::uint32_t face) const;
-    /// Nothing where more than `most` triangles are above p.
+    /// Empty if more than `most` triangles are above p.
     [[nodiscard]] std::optional<bool> is_inside(const Point& p, std::size_t most) const;
     template <class Number>
     void find_closest(const Point& p, Closest& best) const;
@@ -111,8 +109,8 @@ private:
     std::vector<Leaf> leaves_;
 };
 
-/// The distance from a mesh of any size and place, in its own units; its vertices are rounded to 1e-7 of its size. Throws
-/// as MeshDistance::of does.
+/// The distance from a mesh of any size and place, in the mesh's units. Vertices are rounded to 1e-7 of its size. Throws
+/// as MeshDistance::of.
 [[nodiscard]] Expression distance_to_mesh(std::span<const MeshDistance::Point> vertices,
                                           std::span<const MeshDistance::Triangle> triangles);
 

@@ -1,5 +1,5 @@
-/// Distances from meshes, a lane after the other: a search through a tree leaves nothing to do side by side, but each lane begins
-/// where the last one ended. Only for *_kernels.cpp.
+/// Distances from meshes, lane by lane. Tree searches do not vectorize, but each lane starts from the result of the
+/// last. Only for *_kernels.cpp.
 #pragma once
 
 #include <cmath>
@@ -30,7 +30,7 @@ inline Dual<F, K> mesh_distance(const MeshDistance& mesh, const Dual<F, K>& x, c
     return result;
 }
 
-/// The ball around a box: the middle's distance holds everywhere in it but for its radius.
+/// The ball around a box: the distance at its centre bounds all others to within the radius.
 struct Ball {
     MeshDistance::Point center;
     double radius, distance;
@@ -47,7 +47,7 @@ struct Ball {
         distance = mesh(center, known);
     }
     [[nodiscard]] bool is_finite() const { return std::fabs(distance) + radius < HUGE_VAL; }
-    /// More than distances are rounded by.
+    /// The radius plus more than the rounding of distances.
     [[nodiscard]] double reach() const { return radius + 1e-10 + 1e-12 * (radius + std::fabs(distance)); }
     void bound(Interval& value, int lane) const {
         value.low[lane] = is_finite() ? static_cast<float>(distance - reach()) : -infinity;

@@ -12,16 +12,16 @@ namespace {
 
 constexpr std::uint32_t unused = 0xffffffff;
 
-/// An instruction whose operands are registers of the code that is pruned, and then numbers of values.
+/// An instruction whose operands are registers of the pruned code, later numbers of values.
 struct Step {
     Instruction instruction;
-    bool passes_on = false;  // operand 0, as it is
+    bool passes_on = false;  // operand 0 unchanged
     std::uint32_t operand[3] = {};
 };
 
 int decisions_of(Op op) { return op == corner_distance ? 2 : is_decision(op) ? 1 : 0; }
 
-/// What a box leaves of an instruction.
+/// The remainder of an instruction in a box.
 Step left_of(const Instruction& instruction, const Decision* decision, int lane) {
     Step step{instruction, false, {instruction.a, instruction.b, instruction.c}};
     if (decisions_of(instruction.op) == 0) return step;
@@ -58,7 +58,7 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
     struct Memory {
         std::vector<std::uint8_t> is_needed;          // registers
         std::vector<std::uint32_t> value_in;          // registers
-        std::vector<Step> steps;                      // the last first, and then in order
+        std::vector<Step> steps;                      // in reverse order, then in order
         std::vector<std::uint32_t> last_use;          // of values
         std::vector<std::uint16_t> place;             // of values
     };
@@ -79,7 +79,7 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
     }
     std::ranges::reverse(steps);
 
-    // What is passed on is a value that is there already.
+    // A passed-on value exists already.
     value_in.assign(static_cast<std::size_t>(code.registers), unused);
     std::uint32_t values = 3;
     for (std::uint32_t axis = 0; axis < values; ++axis) value_in[axis] = axis;

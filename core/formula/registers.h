@@ -1,4 +1,4 @@
-/// The registers of code that is being written.
+/// Register allocation for generated code.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace bob {
 
-/// Hands out registers and takes them back.
+/// Allocates and frees registers.
 class Registers {
 public:
     std::uint16_t take() {

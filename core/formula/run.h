@@ -1,4 +1,4 @@
-/// Running a formula's code on any kind of number. Only for *_kernels.cpp.
+/// Runs a formula's code on any number type. Only for *_kernels.cpp.
 #pragma once
 
 #include "formula/dual.h"
@@ -7,8 +7,8 @@
 
 namespace bob::BOB_ISA {
 
-/// Runs the code on any kind of number: points, intervals, either with slopes. The results of decisions, and of what
-/// has poles, pass through `decided(op, a, b, result)`.
+/// Runs the code on points or intervals, with or without slopes. Results of decisions, and of ops with poles, pass
+/// through `decided(op, a, b, result)`.
 template <class N, class Decided>
 inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domain, void* scratch, Decided decided) {
     static_assert(sizeof(N) <= register_bytes);
@@ -18,7 +18,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
     registers[2] = z;
     for (const Instruction *i = code.instructions, *end = i + code.count; i != end; ++i) {
         const N &a = registers[i->a], &b = registers[i->b], &c = registers[i->c];
-        N& out = registers[i->out];  // may be an operand's register
+        N& out = registers[i->out];  // may alias an operand's register
         if (i->op == affine) {
             out = scaled(a, i->scale, i->offset);
             watch(out, domain);
@@ -29,11 +29,11 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             continue;
         }
         if (i->op == piecewise_select) {
-            domain.nowhere = M{};  // what is NaN so far may be what is not chosen
+            domain.nowhere = M{};  // a NaN so far may be in the operand that is not chosen
             out = decided(i->op, a, b, piecewise(a, b, c));
             continue;
         }
-        switch (i->op) {  // `continue` where numbers have a number, or the op itself tells the domain
+        switch (i->op) {  // `continue` where numbers have a number, or the op sets the domain itself
             case Op::constant: set(out, i->offset); break;
             case Op::absolute: out = decided(i->op, a, a, abs(a)); continue;
             case Op::square: out = square(a); break;

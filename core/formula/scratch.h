@@ -9,7 +9,7 @@
 
 namespace bob {
 
-/// This thread's scratch memory for code of so many registers; the last call's is no longer valid.
+/// This thread's scratch memory for code with `registers` registers; invalidates the last call's.
 inline void* scratch(int registers) {
     constexpr std::align_val_t alignment{64};
     struct Release {

@@ -1,7 +1,8 @@
-/// Refuses formulas whose nodes each compiler would number in its own order. C++ leaves open which operand of a * b + c * d
-/// is computed first, and a graph numbers its nodes as they come; commutative ops keep the older operand first. So where
-/// two operands both make nodes, the first to be made gets a name, and files written with this header compile to the same
-/// formulas, and digests, everywhere:
+/// Rejects formulas whose node numbers would depend on the compiler.
+///
+/// C++ does not define which operand of a * b + c * d is computed first. A graph numbers its nodes in order of
+/// creation, and commutative ops keep the older operand first. So where two operands both make nodes, the first to be
+/// made gets a name. Files written with this header compile to the same formulas, and digests, everywhere:
 ///
 ///     const Value right = c * d;
 ///     return a * b + right;

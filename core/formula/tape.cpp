@@ -18,20 +18,20 @@ constexpr std::uint32_t unused = 0xffffffff;
 
 bool is_axis(Op op) { return op == Op::x || op == Op::y || op == Op::z; }
 
-/// One node as an instruction on nodes' numbers in the place of registers.
+/// A node as an instruction, with node numbers in place of registers.
 struct Lowered {
     Op op;
     std::uint32_t operand[3];
     double scale = 0, offset = 0;
 };
 
-/// The distances whose corner a node is, as the modelling words write it (modelling/words.h), and as boxes simplify that:
-/// select(min(a, b), max(a, b), hypot(max(a, 0), max(b, 0))), or a or b in the place of their maxima with 0.
+/// The distances whose corner a node is, as the modelling words write it (modelling/words.h): select(min(a, b), max(a,
+/// b), hypot(max(a, 0), max(b, 0))). Boxes may simplify the maxima with 0 to a or b.
 std::optional<std::array<std::uint32_t, 2>> corner_of(const std::vector<Node>& nodes, const Node& node) {
     if (node.op != Op::select) return std::nullopt;
     const Node &least = nodes[node.operand[0]], &most = nodes[node.operand[1]], &far = nodes[node.operand[2]];
     if (least.op != Op::minimum || most.op != Op::maximum || far.op != Op::hypot) return std::nullopt;
-    const std::uint32_t a = most.operand[0], b = most.operand[1];  // in the order in which decisions name them
+    const std::uint32_t a = most.operand[0], b = most.operand[1];  // in the order of the decisions
     const auto are = [](const Node& pair, std::uint32_t p, std::uint32_t q) {
         return pair.operand[0] == p && pair.operand[1] == q;
     };
@@ -49,8 +49,8 @@ std::optional<std::array<std::uint32_t, 2>> corner_of(const std::vector<Node>& n
     return is_corner ? std::optional(std::array{a, b}) : std::nullopt;
 }
 
-/// Sums and products with a constant become one affine step, also one after the other; corners one step. Written where it
-/// stays, number by number: what is copied before it has arrived in memory is waited for.
+/// Merges sums and products with constants, also in a chain, into one affine step, and corners into one step. Written
+/// in place, number by number: a copy would wait for the stores before it.
 void lower(const std::vector<Node>& nodes, std::uint32_t i, Lowered& to) {
     const Node& node = nodes[i];
     const auto is_constant = [&](int k) { return nodes[node.operand[k]].op == Op::constant; };
@@ -89,14 +89,14 @@ void lower(const std::vector<Node>& nodes, std::uint32_t i, Lowered& to) {
     becomes(node.op, a, b, 0, 0);
 }
 
-/// Powers below 1, which plain nodes may have, and Graph has not.
+/// Powers below 1 occur in plain nodes, but not in a Graph.
 template <class Formula>
 bool has_low_powers(const Formula& f) {
     const auto low = [](const Node& node) { return node.op == Op::power && node.value < 1; };
     return std::any_of(f.nodes().begin(), f.nodes().end(), low);
 }
 
-/// With quotients in their place.
+/// Replaces them by quotients.
 Expression without_low_powers(Expression f) {
     if (!has_low_powers(f)) return f;
     Graph graph;
@@ -120,7 +120,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     };
     auto& [steps, last_use, place] = thread_memory<Memory>();
 
-    // Where each node is used for the last time; nodes that lowering skips over are not used at all.
+    // The last use of each node; nodes skipped by lowering have none.
     if (steps.size() < count) steps.resize(count);
     last_use.assign(count, unused);
     for (const std::uint32_t root : roots) last_use[root] = count;
@@ -149,12 +149,12 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         if (step.op == Op::mesh_distance) set_mesh(instruction, MeshDistance::numbered(nodes[i].value).get());
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
         for (int k = 0; k < operands_of(step.op); ++k) *slots[k] = place[step.operand[k]];
-        // An operand's register may take the result: every step reads its operands before it writes.
+        // The result may take an operand's register: every step reads its operands before it writes.
         for (int k = 0; k < operands_of(step.op); ++k) {
             const std::uint32_t operand = step.operand[k];
             if (last_use[operand] == i && place[operand] > 2) {
                 registers.give_back(place[operand]);
-                last_use[operand] = unused;  // once only, if it stands twice among the operands
+                last_use[operand] = unused;  // once only, if it occurs twice among the operands
             }
         }
         instruction.out = place[i] = registers.take();
@@ -170,17 +170,18 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     return result;
 }
 
-/// Puts steps into an order in which those of one op follow each other where they can.
+/// Groups steps of equal op where their dependencies allow.
 class Groups {
 public:
-    /// The order, with registers that are used again as soon as they may be; as it was where that takes too many.
+    /// Reorders the code and allocates registers, each reused as soon as possible. Leaves the order unchanged if it
+    /// needs too many.
     void form(std::span<Instruction> code, int& registers, int& result) {
         const auto count = static_cast<std::uint32_t>(code.size());
         before_.assign(code.begin(), code.end());
         find_operands(registers, result);
         order_.clear();
         while (order_.size() < count) {
-            // The op of which most steps are ready, with those that become ready meanwhile.
+            // Takes the op with the largest number of ready steps, and its steps that become ready meanwhile.
             int most = 0;
             for (std::uint64_t left = ops_; left; left &= left - 1) {
                 const int op = __builtin_ctzll(left);
@@ -209,7 +210,7 @@ public:
             for (const std::uint32_t operand : steps_[i].operand) {
                 if (operand == none_ || last_use_[operand] != i) continue;
                 taken.give_back(place_[operand]);
-                last_use_[operand] = unused;  // once only, if it stands twice among the operands
+                last_use_[operand] = unused;  // once only, if it occurs twice among the operands
             }
             to.out = place_[i] = taken.take();
             if (taken.count() > most_registers) {
@@ -222,13 +223,14 @@ public:
     }
 
 private:
-    /// What is computed long before it is used takes registers; this many of the widest numbers that rays need fit the first-level cache.
+    /// Values computed long before their use occupy registers; this number of the widest vectors for rays fits the
+    /// first-level cache.
     static constexpr int most_registers = 128;
 
     struct Step {
         std::uint32_t operand[3];  // the steps that compute them; none_ for x, y and z
         std::uint32_t users_begin, users_end;
-        std::uint32_t missing;     // how many operands are not computed yet
+        std::uint32_t missing;     // number of operands not computed yet
     };
 
     void find_operands(int registers, int result) {
@@ -264,10 +266,10 @@ private:
         ops_ |= std::uint64_t{1} << op;
     }
 
-    static constexpr int ops = op_count + 3;  // with those of lowering alone
+    static constexpr int ops = op_count + 3;  // including ops only lowering makes
     static_assert(ops <= 64);
-    std::vector<std::uint32_t> ready_[ops];  // steps whose operands are all computed, by op
-    std::uint64_t ops_ = 0;                  // which ops have any
+    std::vector<std::uint32_t> ready_[ops];  // steps with all operands computed, by op
+    std::uint64_t ops_ = 0;                  // ops with ready steps
     std::vector<Instruction> before_;
     std::vector<Step> steps_;
     std::vector<std::uint32_t> users_, order_, last_use_, writer_;
@@ -294,7 +296,7 @@ ColorTape::ColorTape(const ColorFormula& formula) {
 
 namespace {
 
-/// What becomes of a node in a box.
+/// The outcome of a node in a box.
 enum Outcome : std::uint8_t { itself, first_operand, second_operand, third_operand, negative, constant };
 
 }  // namespace
@@ -331,7 +333,7 @@ void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int 
         }
     }
 
-    // Boxes decide most of a formula: what is not needed any more is only passed over once, as a byte.
+    // Boxes decide most of a formula: each unneeded node costs only one byte test.
     is_needed[node] = 1;
     for (std::uint32_t i = count; i-- > 0;) {
         if (!is_needed[i]) continue;

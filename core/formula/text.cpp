@@ -10,7 +10,7 @@ namespace {
 
 constexpr int max_depth = 40;
 
-/// How tightly an operator binds: what binds less than its surroundings needs brackets.
+/// Operator precedence; an operand of lower precedence needs brackets.
 enum Binding { sum, product, sign, exponent, atom };
 
 class Writer {
@@ -34,7 +34,7 @@ private:
         const Binding binding = binds(node);
         if (binding < around) text_ += '(';
         const auto operand = [&](int k, Binding least) { write(node.operand[k], least, depth + 1); };
-        // Of equal operators the left is done first, and a right operand of the same kind needs its brackets.
+        // Operators are left-associative; a right operand of equal precedence needs brackets.
         const auto infix = [&](const char* op) {
             operand(0, binding);
             text_ += op;

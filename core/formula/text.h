@@ -1,4 +1,4 @@
-/// Expressions as people write them.
+/// Expressions as readable text.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace bob {
 
-/// The formula in Python's notation, such as "x**2 + sin(y) - 0.5"; what is longer than `length` characters, or nested
-/// too deeply to be read, is cut to "...".
+/// The formula in Python's notation, such as "x**2 + sin(y) - 0.5". Parts beyond `length` characters, or nested too
+/// deeply to read, are cut to "...".
 [[nodiscard]] std::string to_text(const Expression& expression, std::size_t length = 200);
 
 }  // namespace bob

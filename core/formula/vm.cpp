@@ -15,7 +15,7 @@ namespace {
 Value zero(Value a) { return a.graph->constant(0); }
 Value one(Value a) { return a.graph->constant(1); }
 
-/// `then` where a is 0, else `otherwise`.
+/// `then` if a is 0, else `otherwise`.
 Value if_zero(Value a, Value then, Value otherwise) { return select(a, otherwise, select(-a, otherwise, then)); }
 
 Value round_away(Value a) {
@@ -98,7 +98,7 @@ std::string_view take_word(std::string_view& line) {
     return word;
 }
 
-/// A word as messages can show it, whatever its bytes.
+/// A word as shown in messages, whatever its bytes.
 std::string shown(std::string_view word) {
     if (word.empty()) return "nothing";
     std::string result(word.substr(0, 40));
@@ -164,7 +164,7 @@ private:
     Graph graph_;
     std::unordered_map<std::string_view, Value> names_;
     std::optional<Value> last_;
-    int number_ = 0;  // of the line, from 1
+    int number_ = 0;  // line number, from 1
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// .vm files: formulas as text, one operation a line, as fidget and its kin write them.
+/// .vm files: formulas as text, one operation per line, as written by fidget and related programs.
 #pragma once
 
 #include <stdexcept>
@@ -9,15 +9,15 @@
 
 namespace bob {
 
-/// What is wrong with a .vm text, in one line that starts with "line L: ".
+/// An error in a .vm text, in one line that starts with "line L: ".
 struct VmError : std::invalid_argument {
     VmError(int line, const std::string& message);
     int line;  // from 1
 };
 
-/// Reads lines `NAME OPERATION ARGUMENT...`; arguments are names of lines above, and the last line is the formula. A
-/// name that stands twice means its latest line. Empty lines and those that start with # count for nothing. The
-/// operations, with the meanings they have in fidget (`Context::from_text`):
+/// Reads lines `NAME OPERATION ARGUMENT...`. Arguments are names of earlier lines, and the last line is the formula. A
+/// repeated name refers to its latest line. Empty lines and lines that start with # are ignored. The operations, with
+/// fidget's meanings (`Context::from_text`):
 ///
 ///     const NUMBER                    var-x var-y var-z
 ///     neg abs recip sqrt square       sin cos tan asin acos atan exp ln
@@ -29,7 +29,7 @@ struct VmError : std::invalid_argument {
 ///     and a b     a where a is 0, else b
 ///     or a b      a where a is not 0, else b
 ///
-/// Everything passes NaN on, which fidget's `and`, `or` and `not` do not. Throws VmError.
+/// Everything propagates NaN, which fidget's `and`, `or` and `not` do not. Throws VmError.
 [[nodiscard]] Expression parse_vm(std::string_view text);
 
 }  // namespace bob

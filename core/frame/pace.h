@@ -9,11 +9,11 @@ namespace bob {
 
 /// Constants of the planner. Evidence: `bench/frame_constants.py`, in docs/frame.md.
 struct FrameConstants {
-    double least_tracing = 0.25;  ///< least time for tracing, over that for completing: every budget makes progress
+    double least_tracing = 0.25;  ///< minimum time for tracing, over that for completing: every budget makes progress
     double margin = 1.25;         ///< spare time for a whole picture, as a factor: one that is cut off is worse than squares
-    double untried = 2;           ///< assumed speed of an untried mode, over that of a first round
+    double untried = 2;           ///< assumed speed of an untried mode, over the speed of a first round
     double doubt = 0.2;           ///< loss of trust in a first measurement, per frame without a new one
-    double floor = 0.1;           ///< least trust
+    double floor = 0.1;           ///< minimum trust
     double fade = 0.8;            ///< weight of earlier calls, against 1 for the last one
     double growth = 8;            ///< limit of a call's pixels, over the largest call so far: small calls say little about large ones
 };
@@ -27,7 +27,7 @@ public:
         share_ = 1;
     }
     void doubt(const FrameConstants& c) { share_ = std::max(share_ * (1 - c.doubt / (1 << tries_)), c.floor); }
-    /// The believed share of the measured time.
+    /// The trusted share of the measured time.
     [[nodiscard]] double share() const { return share_; }
 
 private:
@@ -36,8 +36,8 @@ private:
     int tries_ = 0;
 };
 
-/// The time of a call of the tracer: a constant, and a time for each pixel. Both are fitted to the last calls, with weights that
-/// fade. The first calls grow step by step, so that their sizes differ enough for the fit.
+/// The time of a call of the tracer: a constant, and a time per pixel. Both are fitted to the last calls, with weights
+/// that fade. The first calls grow step by step, so that their sizes differ enough for the fit.
 class Pace {
 public:
     explicit Pace(const FrameConstants& constants = {}) : constants_(constants) {}
@@ -58,20 +58,20 @@ public:
         return std::max(0., std::min((seconds - costs.call) / costs.pixel, constants_.growth * largest_));
     }
 
-    /// The pixels that take as long as the constant: with fewer, most of the time is lost.
+    /// The number of pixels that takes as long as the constant: with fewer, the constant dominates.
     [[nodiscard]] double worthwhile() const {
         if (!is_known()) return first_call;
         const Costs costs = fitted();
         return std::max(1., std::min(costs.call / costs.pixel, constants_.growth * largest_));
     }
 
-    /// Pixels a second of calls like the last ones; 0 before the first measurement.
+    /// Pixels per second of recent calls; 0 before the first measurement.
     [[nodiscard]] double rate() const { return is_known() ? sums_[1] / std::max(trust_.share() * sums_[2], least_seconds) : 0; }
 
     void doubt() { trust_.doubt(constants_); }
 
 private:
-    /// Pixels, while nothing is known: 1 ms of a tracer of 30,000 rays a second.
+    /// Pixels of the first call: 1 ms of a tracer of 30,000 rays a second.
     static constexpr double first_call = 32;
     static constexpr double least_seconds = 1e-9;
 

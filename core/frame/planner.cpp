@@ -13,7 +13,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Linear between values at ascending places, and constant beyond them.
+/// Linear interpolation between values at ascending places; constant outside them.
 float interpolated(std::span<const float> places, std::span<const float> values, float at) {
     std::size_t after = 0;
     while (after < places.size() && places[after] <= at) ++after;
@@ -23,7 +23,8 @@ float interpolated(std::span<const float> places, std::span<const float> values,
     return values[after - 1] + weight * (values[after] - values[after - 1]);
 }
 
-/// The same of errors by shares of a picture's pixels. Both are compared by their ratios, and nothing is left at all pixels.
+/// Interpolates errors by the share of a picture's pixels. Both are interpolated as logarithms; the error is 0 at all
+/// pixels.
 float error_at(std::span<const float> errors, float share) {
     std::array<float, std::size(frame_errors::shares)> places, values;
     for (std::size_t i = 0; i < places.size(); ++i) places[i] = std::log(frame_errors::shares[i]), values[i] = std::log(errors[i]);
@@ -32,7 +33,7 @@ float error_at(std::span<const float> errors, float share) {
     return std::exp(interpolated(places, values, std::log(share)));
 }
 
-/// The middle one, or that before the middle; by counting, which is slow and little code, as pages fetch it.
+/// The median, the lower of two; by counting, which is slow but little code, as pages fetch it.
 double median(std::span<const double> values) {
     const auto middle = static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
     for (const double value : values) {
@@ -42,7 +43,7 @@ double median(std::span<const double> values) {
     return values[0];
 }
 
-/// The mode of the least error; adaptive where all would be late.
+/// The mode of minimum error; adaptive if all would be late.
 Mode least(const std::array<double, mode_names.size()>& errors) {
     const auto found = std::ranges::min_element(errors);
     return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
@@ -63,7 +64,7 @@ float expected_error(Mode mode, Completion completion, float share, float parall
 }
 
 double parallax(const Camera& before, const Camera& after, int height, int width) {
-    constexpr int places = 9;  // along each side
+    constexpr int places = 9;  // per side
     constexpr float far = 0.25f, near = 0.75f;
     const Projection from(after, height, width), to(before, height, width);
     std::array<double, places * places> moved;
@@ -72,7 +73,7 @@ double parallax(const Camera& before, const Camera& after, int height, int width
         const float column = static_cast<float>((width - 1) * (i % places)) / (places - 1);
         const auto a = to.seen(from.point(row, column, far)), b = to.seen(from.point(row, column, near));
         const double rows = a.row - b.row, columns = a.column - b.column, squared = rows * rows + columns * columns;
-        moved[static_cast<std::size_t>(i)] = squared < infinite ? squared : infinite;  // also of what is no number
+        moved[static_cast<std::size_t>(i)] = squared < infinite ? squared : infinite;  // also if NaN
     }
     return std::sqrt(median(moved)) / height;
 }

@@ -14,7 +14,7 @@ namespace bob {
 
 /// Ways to choose the pixels of a picture.
 enum class Mode : std::uint8_t {
-    whole,      ///< all of them; nothing is completed
+    whole,      ///< all pixels; no completion
     squares,    ///< by `SquaresOrder`, for fast rays
     adaptive,   ///< by `AdaptiveOrder`
     reproject,  ///< by `RefreshOrder`, over reprojected samples of earlier pictures
@@ -29,8 +29,9 @@ constexpr std::array<std::string_view, 3> completion_names = {"filling", "small"
 /// `share`: traced pixels over all pixels; `parallax`: since the last picture, for reprojection.
 [[nodiscard]] float expected_error(Mode mode, Completion completion, float share, float parallax = 0);
 
-/// The parallax between two cameras: how far a near point moves past a point behind it by half of the depth range, over the
-/// picture's height. It is the median over the picture, and infinite if most of it was behind the first camera.
+/// The parallax between two cameras, over the picture's height. It is the motion of a near point relative to a point
+/// behind it by half of the depth range. The result is the median over the picture, and infinite if more than half of it
+/// was behind the first camera.
 [[nodiscard]] double parallax(const Camera& before, const Camera& after, int height, int width);
 
 /// Plans frames by one criterion: the expected error when the frame's time is over. It has no clock; hosts report
@@ -44,7 +45,7 @@ public:
     /// Changes the size of the pictures. Measurements stay.
     void resize(std::size_t pixels) { pixels_ = static_cast<double>(pixels); }
 
-    /// Reports the time for choosing and tracing pixels. Those of a first round lie all over the picture.
+    /// Reports the time for choosing and tracing pixels. Those of a first round are spread over the picture.
     void traced(Mode mode, double pixels, double seconds, bool is_first_round) {
         paces_[index(mode)].measured(pixels, seconds);
         if (is_first_round) first_.measured(pixels, seconds);
@@ -54,17 +55,17 @@ public:
     /// Reports the time for reprojecting earlier pictures, before the first ray.
     void reprojected(double pixels, double seconds) { reprojecting_.measured(seconds / pixels); }
 
-    /// The mode of the least expected error after `seconds`. `parallax`: since the last picture; infinite if nothing can be
-    /// reprojected. `threads`: how many trace, if reported times are of one thread.
+    /// The mode of minimum expected error after `seconds`. `parallax`: since the last picture; infinite if nothing can
+    /// be reprojected. `threads`: number of tracing threads, if reported times are for one thread.
     [[nodiscard]] Mode plan(double seconds, double parallax, double threads = 1);
-    /// The same for a number of pixels, however long they take: adaptive or reproject.
+    /// The same for a number of pixels, regardless of time: adaptive or reproject.
     [[nodiscard]] Mode plan_pixels(std::size_t pixels, double parallax) const;
 
     /// The network that completes a picture after `seconds`, or now if they are infinite. `known`: the share of its pixels that
     /// are traced or reprojected.
     [[nodiscard]] Completion completion(Mode mode, double known, double seconds, double threads = 1) const;
 
-    /// The share of a frame's seconds that is for tracing.
+    /// The share of a frame's seconds reserved for tracing.
     [[nodiscard]] double for_tracing(Mode mode, Completion completion, double seconds) const;
     /// Seconds to complete a picture; 0 before the first measurement.
     [[nodiscard]] double for_completing(Completion completion) const;
@@ -72,10 +73,10 @@ public:
     [[nodiscard]] const Pace& pace(Mode mode) const { return paces_[index(mode)]; }
 
 private:
-    /// Times of the networks over that of the slowest, before they are measured.
+    /// Times of the networks relative to the slowest, before measurement.
     static constexpr std::array<double, 3> relative_times = {0.3, 0.5, 1};
 
-    /// A duration that is measured once a frame: a median, because one late frame must not shorten the next ones.
+    /// A duration measured once a frame: a median, because one late frame must not shorten the next ones.
     class Once {
     public:
         void measured(double seconds) { last_[count_++ % last_.size()] = seconds, trust_.measured(); }
@@ -92,9 +93,9 @@ private:
     template <class Enum>
     static constexpr std::size_t index(Enum value) { return static_cast<std::size_t>(value); }
 
-    /// Pixels a second of a mode, as far as anything is known; else 0.
+    /// Pixels per second of a mode, measured or estimated; 0 if unknown.
     [[nodiscard]] double rate(Mode mode) const;
-    /// Expected when a frame is over; infinite where it would be late.
+    /// The expected error at the end of a frame; infinite if it would be late.
     [[nodiscard]] double error(Mode mode, double seconds, double parallax, double threads) const;
 
     FrameConstants constants_;
@@ -103,8 +104,8 @@ private:
     bool completes_meanwhile_;
     std::array<Pace, mode_names.size()> paces_;
     Pace first_;
-    std::array<Once, completion_names.size()> completing_;  // a pixel
-    Once reprojecting_;                                     // a pixel
+    std::array<Once, completion_names.size()> completing_;  // per pixel
+    Once reprojecting_;                                     // per pixel
 };
 
 }  // namespace bob

@@ -1,4 +1,4 @@
-/// What is known of a single piece of an outline: a straight line, or an arc of a circle.
+/// Geometry of a single piece of an outline: a line segment or a circular arc.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,14 @@ namespace bob {
 
 inline double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-/// An arc that rises less above its chord than rounding moves its middle.
+/// Whether an arc's height above its chord is below the rounding of its middle.
 inline bool is_straight(const Piece& piece) { return std::fabs(piece.bulge) < 1e-9; }
 
-/// The circle around a piece that is not straight.
+/// The circle of a piece that is not straight.
 struct Arc {
     Vector<2> center, from;
     double radius;
-    double angle;  // from its start to its end, positive anticlockwise
+    double angle;  // from start to end, anticlockwise positive
 
     explicit Arc(const Piece& piece) : from(piece.from), angle(4 * std::atan(piece.bulge)) {
         const Vector<2> chord = piece.to - piece.from, left{-chord[1], chord[0]};
@@ -30,7 +30,8 @@ struct Arc {
         radius = length(chord) * (1 + b * b) / (4 * std::fabs(b));
     }
 
-    /// From its start to a point, as seen from its center, the way that the arc goes unless the other is much shorter.
+    /// The angle from its start to a point, as seen from its center. In the arc's direction, unless the other is much
+    /// shorter.
     [[nodiscard]] double angle_to(const Vector<2>& p) const {
         const Vector<2> a = from - center, b = p - center;
         const double turn = angle < 0 ? -1 : 1, way = turn * std::atan2(cross(a, b), dot(a, b));
@@ -38,7 +39,7 @@ struct Arc {
         return turn * (way < back ? way + 2 * std::numbers::pi : way);
     }
 
-    /// Whether the ray from its center through a point meets it.
+    /// Whether the ray from its center through a point intersects it.
     [[nodiscard]] bool spans(const Vector<2>& p) const {
         const double way = angle_to(p) / angle;
         return way >= 0 && way <= 1;
@@ -82,7 +83,7 @@ inline Vector<2> turned(const Vector<2>& v, double angle) {
     return {c * v[0] - s * v[1], s * v[0] + c * v[1]};
 }
 
-/// The piece in as few equal parts as are quarters of circles or less.
+/// The piece in the minimum number of equal parts of at most a quarter of a circle each.
 inline std::vector<Piece> quarters(const Piece& piece) {
     if (is_straight(piece)) return {piece};
     const Arc arc(piece);
@@ -98,7 +99,7 @@ inline std::vector<Piece> quarters(const Piece& piece) {
     return result;
 }
 
-/// Where a piece leads at its start, and at its end.
+/// The directions of a piece at its start and at its end.
 inline Vector<2> start_direction(const Piece& piece) {
     return turned(normalized(piece.to - piece.from), -2 * std::atan(piece.bulge));
 }

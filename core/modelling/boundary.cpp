@@ -16,17 +16,17 @@
 namespace bob {
 namespace {
 
-/// What counts as the same place, in the extent of all loops.
+/// Distance below which places are equal, relative to the extent of all loops.
 constexpr double same_place = 1e-9;
 
-/// Where pieces follow each other, they meet at their common end and are not looked for crossings so near it, in their
-/// length: of arcs with one tangent the crossings are found with half of the digits only.
+/// Distance from the common end of consecutive pieces, relative to their length. Crossings within it are ignored:
+/// crossings of arcs with a common tangent have only half of the digits.
 constexpr double near_common_end = 1e-4;
 
-/// Outlines that cross more often make formulas that are too large.
+/// Outlines with more crossings make formulas that are too large.
 constexpr std::size_t most_cuts = 1 << 18;
 
-/// Pieces in rows by their height, to look for those near a point or near each other.
+/// Pieces in rows by height, to find those near a point or near each other.
 class Rows {
 public:
     Rows(std::span<const Piece> pieces, double margin) : pieces_(pieces) {
@@ -44,7 +44,7 @@ public:
         }
     }
 
-    /// Calls visit(i, j) once for each two pieces whose boxes meet.
+    /// Calls visit(i, j) once for each pair of pieces with overlapping boxes.
     template <class Visit>
     void for_each_pair(Visit visit) const {
         std::vector<std::uint32_t> upwards(boxes_.size());
@@ -62,8 +62,8 @@ public:
         }
     }
 
-    /// How often the pieces wind around a point: their chords, as far as they cross the line from it along x, and the
-    /// caps between chords and arcs that it lies in.
+    /// The winding number of a point. Counts the chords that cross the line from it along x, and the caps between chords
+    /// and arcs.
     [[nodiscard]] int winding(const Vector<2>& p) const {
         int result = 0;
         for (const std::uint32_t i : rows_[row_of(p[1])]) {
@@ -75,7 +75,7 @@ public:
             const bool beside_chord = piece.bulge > 0 ? left <= 0 : left >= 0;
             const Arc arc(piece);
             const bool in_circle = length(p - arc.center) < arc.radius;
-            // Of more than half a circle, the cap is all of the circle on the chord's one side, and so it is of less.
+            // The cap of more than half a circle is the circle on the chord's one side. So is the cap of less.
             if (beside_chord && in_circle) result += piece.bulge > 0 ? 1 : -1;
         }
         return result;
@@ -95,7 +95,7 @@ private:
 
 // ---- Crossings ------------------------------------------------------------------------------------
 
-/// Where the lines or circles that two pieces lie on cross, at most two points.
+/// Intersections of the two pieces' lines or circles, at most two points.
 void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
     if (is_straight(a) && is_straight(b)) {
         const Vector<2> u = a.to - a.from, v = b.to - b.from;
@@ -106,7 +106,7 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
     }
     if (is_straight(a)) return crossings(b, a, points);
     const Arc arc(a);
-    Vector<2> middle, across;  // the crossings lie on both sides of it, if at all
+    Vector<2> middle, across;  // the crossings, if any, lie symmetrically about it
     double half = 0;
     if (is_straight(b)) {
         const Vector<2> along = normalized(b.to - b.from);
@@ -124,14 +124,14 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
         across = {-between[1] / distance, between[0] / distance};
         half = arc.radius * arc.radius - to_middle * to_middle;
     }
-    // Those that touch are taken to meet in one point.
+    // Touching circles have one common point.
     half = half > 0 ? std::sqrt(half) : half > -1e-12 * arc.radius * arc.radius ? 0 : -1;
     if (half < 0) return;
     points.push_back(middle - across * half);
     points.push_back(middle - across * -half);
 }
 
-/// How much of the piece lies before a point of it.
+/// The share of the piece before a point of it.
 double share(const Piece& piece, const Vector<2>& p) {
     const Vector<2> span = piece.to - piece.from;
     if (is_straight(piece)) return dot(p - piece.from, span) / dot(span, span);
@@ -154,7 +154,7 @@ bool is_on(const Piece& piece, const Vector<2>& p, double tolerance) {
     return length(off) < tolerance || length(p - piece.to) < tolerance;
 }
 
-/// The pieces, cut where they cross.
+/// The pieces, cut at their crossings.
 std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> next;  // in the loop
@@ -205,7 +205,7 @@ std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
 
 // ---- The boundary ---------------------------------------------------------------------------------
 
-/// Numbers places, the same number for those that are the same.
+/// Numbers places; equal places have equal numbers.
 class Places {
 public:
     explicit Places(double tolerance) : tolerance_(tolerance) {}
@@ -237,7 +237,7 @@ private:
     std::unordered_multimap<std::uint64_t, std::uint32_t> known_;
 };
 
-/// Those between inside and outside, the inside to their left.
+/// The pieces between inside and outside, with the inside to their left.
 std::vector<Piece> between_inside_and_outside(const std::vector<Piece>& pieces, Winding winding, double tolerance) {
     const Rows rows(pieces, tolerance);
     const auto is_inside = [&](const Vector<2>& p) {
@@ -255,7 +255,7 @@ std::vector<Piece> between_inside_and_outside(const std::vector<Piece>& pieces, 
     return result;
 }
 
-/// Puts pieces together to loops. Where several loops touch, each keeps to the inside between two pieces.
+/// Chains pieces to loops. Where several loops touch, each keeps to the inside between two pieces.
 std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
     Places places(2 * tolerance);
     struct Ends {
@@ -275,7 +275,7 @@ std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
         if (!known) others.push_back(i);
     }
     std::vector<bool> used(pieces.size(), false);
-    // Of pieces that leave where `last` arrives, the one with the narrowest inside between them.
+    // Among the pieces that leave where `last` arrives, the one with the narrowest inside between them.
     const auto next = [&](std::uint32_t last) {
         std::optional<std::uint32_t> best;
         double least = INFINITY;
@@ -304,7 +304,7 @@ std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
             if (length(loop.back().to - loop.front().from) <= 2 * tolerance) {
                 loop.back().to = loop.front().from;
             } else {
-                loop.push_back({loop.back().to, loop.front().from});  // a gap that rounding left
+                loop.push_back({loop.back().to, loop.front().from});  // a gap from rounding
             }
             if (loop.size() > 1) loops.push_back(std::move(loop));
         }
@@ -327,7 +327,7 @@ double area(const Loop& loop) {
     return twice / 2;
 }
 
-/// Gives each hole to the smallest part that is around it.
+/// Assigns each hole to the smallest part around it.
 std::vector<Part> with_holes(std::vector<Loop> loops, double tolerance) {
     std::vector<Part> parts;
     std::vector<Loop> holes;
@@ -368,7 +368,7 @@ std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding) {
     const double extent = std::max(all.high[0] - all.low[0], all.high[1] - all.low[1]);
     const double tolerance = same_place * extent;
     if (!std::isnormal(tolerance)) return {};
-    // Far from the origin, coordinates have no digits left to compute with.
+    // Far from the origin, coordinates lose their digits.
     std::vector<Loop> here = loops;
     for (Loop& loop : here) move(loop, all.low * -1);
     const std::vector<Piece> edges = between_inside_and_outside(cut(here, tolerance), winding, tolerance);

@@ -1,4 +1,4 @@
-/// Outlines of straight lines and arcs of circles, and the boundary of what they wind around.
+/// Outlines of line segments and circular arcs, and the boundary of their inside.
 #pragma once
 
 #include <array>
@@ -6,27 +6,28 @@
 
 namespace bob {
 
-/// A piece of an outline. Its bulge is the tangent of a quarter of its arc's angle, as in DXF: 0 of a straight line, 1 of
-/// half a circle that turns left on its way.
+/// A piece of an outline. Its bulge is the tangent of a quarter of the arc's angle, as in DXF: 0 for a line segment, 1
+/// for half a circle that turns left.
 struct Piece {
     std::array<double, 2> from, to;
     double bulge = 0;
 };
 
-/// Each piece begins where the one before ends, the first one where the last ends.
+/// Each piece begins at the end of the one before, the first at the end of the last.
 using Loop = std::vector<Piece>;
 
-/// What is inside: what the loops wind around other than 0 times, or an odd number of times.
+/// Fill rule: a point is inside if its winding number is nonzero, or odd.
 enum class Winding { nonzero, odd };
 
-/// A connected part of the inside. Loops have it to their left: around it anticlockwise, around its holes clockwise.
+/// A connected part of the inside. Loops have the inside to their left: anticlockwise around it, clockwise around its
+/// holes.
 struct Part {
     Loop around;
     std::vector<Loop> holes;
 };
 
-/// What is inside, as parts whose loops meet at corners at most. The loops given may cross themselves and each other; what
-/// differs by less than 1e-9 of their extent counts as the same. Throws TooLarge where they cross too often.
+/// The inside as parts whose loops meet at corners at most. The loops given may cross themselves and each other. Places
+/// closer than 1e-9 of the extent are equal. Throws TooLarge if there are too many crossings.
 [[nodiscard]] std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding);
 
 }  // namespace bob

@@ -1,5 +1,5 @@
-/// Shapes at a point: distances that carry a colour along. What operations do to distances says what becomes of colours, so that
-/// they are written once: sums keep them, the lower or the higher of two chooses one, and mixtures mix both.
+/// Signed distances with colours. Operations on distances determine the colours: sums keep them, minima and maxima
+/// choose one, and blends mix both.
 #pragma once
 
 #include <array>
@@ -14,17 +14,17 @@ using Rgb = std::array<Value, 3>;
 
 struct Colored {
     Value distance;
-    std::optional<Rgb> color = std::nullopt;  // white, where another shape has one
+    std::optional<Rgb> color = std::nullopt;  // white if only the other shape has one
 };
 
-/// Of a and b, the second where a condition is negative.
+/// `second` where the condition is negative, else `first`.
 inline Rgb chosen(Value condition, const Rgb& second, const Rgb& first) {
     Rgb result;
     for (std::size_t i = 0; i < 3; ++i) result[i] = select(condition, second[i], first[i]);
     return result;
 }
 
-/// From one to the other, t being 0..1.
+/// Interpolates linearly, t being 0..1.
 inline Rgb mixed(const Rgb& from, const Rgb& to, Value t) {
     Rgb result;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -34,14 +34,14 @@ inline Rgb mixed(const Rgb& from, const Rgb& to, Value t) {
     return result;
 }
 
-/// The shape, white if it has no colour.
+/// The shape, with white if it has no colour.
 inline Colored painted(Colored shape) {
     const Value white = shape.distance.graph->constant(1);
     if (!shape.color) shape.color = Rgb{white, white, white};
     return shape;
 }
 
-/// What `f` makes of two colours, if there are any; the shape without one is white.
+/// `f` of two colours, if there are any; a shape without one is white.
 template <class F>
 std::optional<Rgb> of_both(const Colored& a, const Colored& b, F f) {
     if (!a.color && !b.color) return std::nullopt;
@@ -56,7 +56,7 @@ inline Colored operator*(const Colored& a, double b) { return {a.distance * b, a
 inline Colored operator+(const Colored& a, Value b) { return {a.distance + b, a.color}; }
 inline Colored abs(const Colored& a) { return {abs(a.distance), a.color}; }
 
-/// The lower of two; the first where they are equal.
+/// The minimum of two; the first if they are equal.
 inline Colored min(const Colored& a, const Colored& b) {
     return {min(a.distance, b.distance), of_both(a, b, [&](const Rgb& of_a, const Rgb& of_b) {
                 return chosen(b.distance - a.distance, of_b, of_a);

@@ -8,14 +8,14 @@ namespace {
 
 using std::numbers::pi;
 
-/// One formula before the middle, one from there on; neither is asked about the other's half.
+/// One formula before the middle, one after; each is evaluated in its half only.
 template <class First, class Second>
 Value halves(Value t, First first, Second second) {
     const Value after = second(max(t, 0.5)), before = first(min(t, 0.5));
     return select(t - 0.5, before, after);
 }
 
-/// 2 to the v.
+/// 2^v.
 Value exp2(Value v) { return exp(v * std::numbers::ln2); }
 
 /// `special` at t = place, elsewhere `usual`.
@@ -54,7 +54,7 @@ Value in_out_expo(Value t) {
     return except_at(t, 0, 0, except_at(t, 1, 1, usual));
 }
 
-/// The height of the unit circle over u; 0 beyond it.
+/// The height of the unit circle over u; 0 outside it.
 Value arc(Value u) { return sqrt(max(1 - square(u), 0)); }
 Value in_circ(Value t) { return 1 - arc(t); }
 Value out_circ(Value t) { return arc(t - 1); }
@@ -63,14 +63,14 @@ Value in_out_circ(Value t) {
         t, [](Value s) { return 0.5 - 0.5 * arc(2 * s); }, [](Value s) { return 0.5 + 0.5 * arc(2 * s - 2); });
 }
 
-/// A swing of period k.
+/// A sine wave of period k.
 Value swing(Value t, double k) { return sin((t - k / 4) * (2 * pi / k)); }
-/// A swing from t = 0 on that is halved every tenth of the way.
+/// A sine wave whose amplitude halves with every tenth of t.
 Value dying_swing(Value t, double k) {
     const Value swinging = swing(t, k);
     return exp2(-10 * t) * swinging;
 }
-/// One that doubles every tenth of the way until t = 1.
+/// A sine wave whose amplitude doubles with every tenth until t = 1.
 Value growing_swing(Value t, double k) {
     const Value swinging = swing(t - 1, k);
     return exp2(10 * (t - 1)) * swinging;
@@ -83,7 +83,7 @@ Value in_out_elastic(Value t, double k) {
         [k](Value s) { return 0.5 * dying_swing(2 * s - 1, k) + 1; });
 }
 
-constexpr double overshoot = 1.70158;  // a tenth of the way
+constexpr double overshoot = 1.70158;  // an overshoot of a tenth
 Value back(Value t, double k) {
     const Value beyond = (k + 1) * t - k;
     return square(t) * beyond;
@@ -96,7 +96,7 @@ Value in_out_back(Value t) {
         t, [](Value s) { return 0.5 * back(2 * s, k); }, [](Value s) { return 1 - 0.5 * back(2 - 2 * s, k); });
 }
 
-/// a t^2 + b t + c, with t only once.
+/// a t^2 + b t + c, with a single occurrence of t.
 Value parabola(Value t, double a, double b, double c) {
     const double vertex = -b / (2 * a);
     return a * square(t - vertex) + (c - a * vertex * vertex);
@@ -171,8 +171,8 @@ void add_easings(std::vector<Word>& words) {
     easing("out_sine", ease<out_sine>, "Slows down like a swing to its turning point.");
     easing("in_out_sine", ease<in_out_sine>, "Half a swing, from one turning point to the other.");
     easing("in_expo", ease<in_expo>, "Doubles every tenth of the way.");
-    easing("out_expo", ease<out_expo>, "Halves what is left every tenth of the way.");
-    easing("in_out_expo", ease<in_out_expo>, "Doubles every twentieth of the way, then halves what is left.");
+    easing("out_expo", ease<out_expo>, "Halves the rest every tenth of the way.");
+    easing("in_out_expo", ease<in_out_expo>, "Doubles every twentieth of the way, then halves the rest.");
     easing("in_circ", ease<in_circ>, "Speeds up: a quarter of a circle, level at the start.");
     easing("out_circ", ease<out_circ>, "Slows down: a quarter of a circle, level at the end.");
     easing("in_out_circ", ease<in_out_circ>, "Two quarters of circles, level at both ends.");

@@ -1,4 +1,4 @@
-/// Operations on shapes, with the values of fogleman/sdf's. What holds in any dimension is written once.
+/// Operations on shapes, with the values of fogleman/sdf's. Operations for any dimension are written once.
 #include <algorithm>
 #include <numbers>
 
@@ -10,7 +10,8 @@ using std::numbers::pi;
 
 namespace {
 
-/// What rounding takes off the edge: k h (1 - h) and the mix of a and b by h together, with neither standing alone.
+/// The material that a fillet removes from the edge. It is k h (1 - h), combined with the mix of a and b by h, so that
+/// neither appears alone.
 Value fillet(Value a, Value b, double k) { return square(max(k - abs(a - b), 0)) / (4 * k); }
 
 Value smooth_min(Value a, Value b, double k) {
@@ -19,7 +20,7 @@ Value smooth_min(Value a, Value b, double k) {
     return min(a, b) - rounded;
 }
 
-/// h of that mix: how much of the colour is that of what `condition` is negative for.
+/// The h of that mix: the weight of the colour whose `condition` is negative.
 Value share(Value condition, double k) { return clamp(0.5 - condition / (2 * k), 0, 1); }
 
 Colored smooth_min(const Colored& a, const Colored& b, double k) {
@@ -52,8 +53,8 @@ constexpr Vector<3> z_axis{0, 0, 1};
 
 // ---- Together --------------------------------------------------------------------------------------------
 
-/// Takes the shapes `bs` to the shape `a`, one after the other. k is the argument, or else what each of `bs` says;
-/// 0 says nothing.
+/// Folds the shapes `bs` into the shape `a`, one after the other. The radius k is the argument or, if omitted, the k of
+/// each of `bs`; 0 if unset.
 template <std::size_t n, class Step>
 Object fold(const Arguments& a, double k, Step step) {
     Graph graph;
@@ -70,7 +71,7 @@ Object unite(const Arguments& a) {
 
 template <std::size_t n>
 Object subtract(const Arguments& a) {
-    // A tool without a colour leaves cuts that look like what they are cut into; one with a colour paints these alone.
+    // A tool without a colour leaves cuts in the colour of the material. A tool with one paints only the cuts.
     return fold<n>(a, smoothness(a), [](const Colored& x, const Colored& y, double k) {
         return smooth_max(y.color ? painted(x) : x, -y, k);
     });
@@ -144,7 +145,7 @@ Object scale(const Arguments& a) {
     return sdf<n>(graph, at(a.sdf("other"), p) * *std::min_element(factor.begin(), factor.end()));
 }
 
-/// Rounding in a quarter turn's cosine must not mix coordinates.
+/// Keeps the rounded cosine of a quarter turn from mixing coordinates.
 double tidy(double coefficient) {
     const double nearest = std::round(coefficient);
     return std::fabs(coefficient - nearest) < 1e-15 ? nearest : coefficient;
@@ -157,7 +158,7 @@ Object rotated_2d(const Sdf& other, double angle) {
     return sdf<2>(graph, at(other, Point<2>{dot(p, Vector<2>{c, -s}), dot(p, Vector<2>{s, c})}));
 }
 
-/// Turned around a unit vector by an angle of sine s and cosine c.
+/// Rotates around a unit vector by an angle with sine s and cosine c.
 Object rotated_3d(const Sdf& other, const Vector<3>& axis, double s, double c) {
     const auto [x, y, z] = axis;
     const double m = 1 - c;
@@ -176,13 +177,13 @@ Object rotate_3d(const Arguments& a) {
     return rotated_3d(a.sdf("other"), a.direction<3>("vector"), std::sin(angle), std::cos(angle));
 }
 
-/// Turned so that what pointed to `from` points to `to`; both of length 1.
+/// Rotates `from` to `to`; both of length 1.
 Object turned(const Sdf& other, const Vector<3>& from, const Vector<3>& to) {
     const Vector<3> axis = cross(to, from);
     const double sine = length(axis), cosine = dot(from, to);
     if (sine > 1e-15) return rotated_3d(other, axis * (1 / sine), sine, cosine);
     if (cosine > 0) return {other};
-    // Half a turn, around any direction across.
+    // Half a turn, around any perpendicular direction.
     const bool along_x = from[1] == 0 && from[2] == 0;
     return rotated_3d(other, normalized(cross(from, along_x ? Vector<3>{0, 1, 0} : Vector<3>{1, 0, 0})), 0, -1);
 }
@@ -208,13 +209,12 @@ Object circular_array_2d(const Arguments& a) {
     return sdf<2>(graph, *result);
 }
 
-/// The two copies on either side of a point. Turning the point by a whole number of steps keeps it a straight function of
-/// x and y between two copies, which its polar coordinates would not be; but they tell about regions of many copies that
-/// what is far from the axis stays far.
+/// The two copies next to a point. Rotation by an integer number of steps is linear in x and y between two copies;
+/// polar coordinates would not be. For regions with many copies, these bound the distance from the axis.
 Object circular_array_3d(const Arguments& a) {
     const double step = 2 * pi / a.whole(1, most_copies, "count"), offset = a.number("offset");
     const double cos_step = tidy(std::cos(step)), sin_step = tidy(std::sin(step));
-    // Of a circle's first step, what lies lowest and highest.
+    // The extreme coordinates of a circle's first step.
     const double least_x = step < pi ? cos_step : -1;
     const double least_y = step > 1.5 * pi ? -1 : std::min(sin_step, 0.0), most_y = step > pi / 2 ? 1 : sin_step;
     Graph graph;
@@ -254,7 +254,7 @@ Object repeat(const Arguments& a) {
         copies *= 2 * reach[i] + 1;
         const double half = std::fabs(spacing[i]) / 2;
         const Value nearest = round(p[i] / spacing[i]);
-        // Without a count, clamping changes nothing, but intervals that span many copies stay as narrow as one.
+        // Without a count, clamping changes no value but keeps intervals across many copies as narrow as one copy.
         p[i] = endless ? clamp(p[i] - spacing[i] * nearest, -half, half)
                        : p[i] - spacing[i] * clamp(nearest, -count[i], count[i]);
     }
@@ -282,7 +282,7 @@ Object elongate(const Arguments& a) {
     return sdf<n>(graph, at(a.sdf("other"), max(q, 0)) + within);
 }
 
-/// Turns x and y by an angle that depends on the point.
+/// Rotates x and y by an angle that depends on the point.
 Object turned_by(const Arguments& a, Graph& graph, Value angle) {
     const auto [x, y, z] = point<3>(graph);
     const Value c = cos(angle), s = sin(angle);
@@ -301,7 +301,7 @@ Object bend(const Arguments& a) {
     return turned_by(a, graph, a.number("k") * graph.x());
 }
 
-/// The eased share of the way from p0 to p1, 0..1 before easing.
+/// The eased fraction of the way from p0 to p1, 0..1 before easing.
 Value share_of_way(const Arguments& a, Graph& graph) {
     const Vector<3> p0 = a.vector<3>("p0"), way = a.vector<3>("p1") - p0;
     const double extent = length(way);
@@ -372,7 +372,7 @@ Object transition_radial(const Arguments& a) {
 
 // ---- From two dimensions to three, and back --------------------------------------------------------------
 
-/// The ends look like what they cut off.
+/// The ends have the colour of the solid they cut.
 Colored between_ends(const Colored& d, Value beyond_ends) { return {corner(d.distance, beyond_ends), d.color}; }
 
 Object extrude(const Arguments& a) {
@@ -424,9 +424,9 @@ void add_operations_in(std::vector<Word>& words) {
     const Parameter a = required("a", Type::sdf), bs = several("bs", Type::sdf), k = optional("k", number);
     const Parameter other = required("other", Type::sdf), r = required("r", number);
 
-    operation("union", {a, bs, k}, unite<n>, "What is in any of the shapes; k rounds the edges where they meet.");
+    operation("union", {a, bs, k}, unite<n>, "All points in any of the shapes; k rounds the edges where they meet.");
     operation("difference", {a, bs, k}, subtract<n>, "The first shape without the others; k rounds the cuts' edges.");
-    operation("intersection", {a, bs, k}, intersect<n>, "What is in all of the shapes; k rounds the edges.");
+    operation("intersection", {a, bs, k}, intersect<n>, "All points in every one of the shapes; k rounds the edges.");
     operation("blend", {a, bs, with_default("k", number, 0.5)}, blend<n>,
               "A mean of the shapes' distances, the next one counting k, those before it 1 - k.");
     operation("negate", {other}, negate<n>, "Inside out.");
@@ -437,15 +437,15 @@ void add_operations_in(std::vector<Word>& words) {
               {other, required("spacing", Type::size), optional("count", Type::numbers),
                with_default("padding", Type::numbers, 0.0)},
               repeat<n>,
-              "Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how "
-              "many neighbours on each side may reach into a cell.");
+              "Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number of "
+              "neighbours on each side that may reach into a cell.");
     operation("translate", {other, required("offset", Type::vector)}, translate<n>, "Moved by an offset.");
     operation("scale", {other, required("factor", Type::size)}, scale<n>,
               "Larger by a factor, or one for each axis; then distances are approximate.");
     operation("elongate", {other, required("size", Type::size)}, elongate<n>,
               "Cut through the middle and pulled apart by size on each side of each axis.");
     operation("color", {other, required("c", Type::color)}, color,
-              "The whole shape in a colour: \"#rrggbb\", or three numbers of linear light in 0..1.");
+              "The whole shape in a colour: \"#rrggbb\", a CSS color name, or three numbers of linear light in 0..1.");
 }
 
 void add_operations_3d(std::vector<Word>& words) {
@@ -460,9 +460,9 @@ void add_operations_3d(std::vector<Word>& words) {
     operation("rotate", {other, required("angle", number), with_default("vector", vector, z_axis)}, rotate_3d,
               "Turned around a vector by an angle in radians.");
     operation("rotate_to", {other, required("a", vector), required("b", vector)}, rotate_to,
-              "Turned by the angle between two vectors: what pointed along b points along a.");
+              "Turned by the angle between two vectors, from b to a.");
     operation("orient", {other, required("axis", vector)}, orient,
-              "Turned by the angle between z and an axis: what pointed along the axis points up.");
+              "Turned by the angle between z and an axis, from the axis to z.");
     operation("circular_array", {other, required("count", Type::integer), with_default("offset", number, 0.0)},
               circular_array_3d, "Copies in a circle around the z axis, each moved outwards by an offset.");
     operation("twist", {other, k}, twist, "Turned around the z axis by k radians for each unit of height.");
@@ -483,7 +483,7 @@ void add_operations_3d(std::vector<Word>& words) {
               transition_radial, "From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased.");
     operation("wrap_around", {other, required("x0", number), required("x1", number), optional("r", number), e},
               wrap_around,
-              "What lies along x from x0 to x1, laid around the z axis at radius r, by default the one that it fits once.");
+              "The part along x from x0 to x1, wrapped around the z axis at radius r; by default it fits once.");
     words.push_back({"slice", Word::Kind::operation, 3, 2, {other}, "The section in the plane z = 0.", slice});
 }
 

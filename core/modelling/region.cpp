@@ -1,12 +1,16 @@
-/// Parts are apart from each other, and so are the holes of a part. So minima and maxima of the distances from single loops
-/// are exact, and the boxes around loops, which are never farther away, let bounds pass over all that is not near.
+/// Regions as minima and maxima of distances from loops.
 ///
-/// The distance from a loop is that from the nearest of its features: pieces, and corners that points can be nearest to.
-/// Few are near in a small box, and there little but one of them is left of the formula. "Hello, world", to 1e-4 of its
-/// size, takes 330 arcs and lines, which are ready to be traced in 0.3 s, or 960 lines, in 0.8 s, and twice as long for each
-/// ray. The sum of all angles under which a point sees the pieces gives the sign too, but gets simpler nowhere: with
-/// it the lines take 2.7 s, and then 50 times as long for each ray as the arcs. Features that know their side even beyond
-/// their ends, where others are nearer, jump there, and took a quarter more of both.
+/// Parts are disjoint, and so are the holes of a part. Minima and maxima of the distances from single loops are
+/// therefore exact. Boxes around loops bound these distances from below, so that bounds skip distant loops.
+///
+/// The distance from a loop is the distance from its nearest feature: a piece, or a corner that can be nearest to
+/// points. Few features are near a small box, and there the formula reduces to little more than one of them. "Hello,
+/// world", to 1e-4 of its size, takes 330 arcs and lines, ready for tracing in 0.3 s, or 960 lines, in 0.8 s and twice
+/// the time per ray.
+///
+/// The sum of the angles subtended by the pieces also gives the sign, but simplifies nowhere: with it the lines take
+/// 2.7 s, and 50 times as long per ray as the arcs. Features that know their side even past their ends, where others
+/// are nearer, jump there, and took a quarter more of both.
 #include "modelling/region.h"
 
 #include <cmath>
@@ -20,25 +24,25 @@
 namespace bob {
 namespace {
 
-/// Pieces that turn less than this where they meet, in radians, need no corner: where it is nearest, one of them counts as
-/// nearer by a 1e-9 of the distance.
+/// Pieces that turn by less than this where they meet, in radians, need no corner. Where it would be nearest, a piece
+/// seems nearer by 1e-9 of the distance.
 constexpr double smooth_turn = 1e-4;
 
-/// From this cosine of the turn on, points that a corner is nearest to are all outside, or all inside, of it. At flatter
-/// corners others are almost as near to it, and the side of their common tangent decides.
+/// From this cosine of the turn on, all points nearest to a corner are on one side of it. At flatter corners other
+/// features are almost as near, and the side of the common tangent decides.
 constexpr double sharp_turn = 0.5;
 
-/// How much faster than distances grows what shall be no nearer than a corner: enough for an arc's end, which is farther
-/// away than its circle is and its ends' normals are together.
+/// Growth, relative to distances, of the penalty that keeps a feature from being nearer than a corner. This is enough
+/// for the end of an arc, which is farther away than the arc's circle and its end's normal together.
 constexpr double steep = 4;
 
-/// What a point may be nearest to.
+/// A feature that a point may be nearest to.
 struct Feature {
-    Value away;             // where it is nearest, how far away it is; elsewhere no less than the distance from the loop
-    Value signed_distance;  // where it is nearest, negative inside
+    Value away;             // the distance where it is nearest; elsewhere no less than the loop's distance
+    Value signed_distance;  // valid where it is nearest; negative inside
 };
 
-/// A piece whose left is inside, of a quarter of a circle at most.
+/// A piece, at most a quarter of a circle, with the inside to its left.
 Feature of_piece(Graph& graph, const Piece& piece) {
     const Point<2> p = point<2>(graph);
     const Vector<2> direction = normalized(piece.to - piece.from), right{direction[1], -direction[0]};
@@ -60,7 +64,7 @@ Feature of_piece(Graph& graph, const Piece& piece) {
     return {abs(aside) + farther, aside};
 }
 
-/// The corner where two pieces meet; none where they go on smoothly.
+/// The corner of two pieces; empty if they join smoothly.
 std::optional<Feature> of_corner(Graph& graph, const Piece& before, const Piece& after) {
     const Vector<2> arriving = end_direction(before), leaving = start_direction(after);
     const double turn = std::atan2(cross(arriving, leaving), dot(arriving, leaving));
@@ -72,7 +76,7 @@ std::optional<Feature> of_corner(Graph& graph, const Piece& before, const Piece&
     return Feature{away, max(min(dot(from_corner, right) * steep, away), inside)};
 }
 
-/// The nearer of features first to last: in pairs, so that whole groups are left out together where they are far away.
+/// The nearest of a range of features: a binary tree, so that distant groups drop out together.
 Feature nearest(const std::vector<Feature>& features, std::size_t first, std::size_t last) {
     if (last - first == 1) return features[first];
     const std::size_t middle = first + (last - first) / 2;
@@ -81,7 +85,7 @@ Feature nearest(const std::vector<Feature>& features, std::size_t first, std::si
     return {away, piecewise(b.away - a.away, b.signed_distance, a.signed_distance)};
 }
 
-/// The signed distance of what is to the left of a loop, as if there were no other loops.
+/// The signed distance from the left side of a loop, as if there were no other loops.
 Value distance(Graph& graph, const Loop& loop) {
     std::vector<Feature> features;
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -91,7 +95,7 @@ Value distance(Graph& graph, const Loop& loop) {
     return nearest(features, 0, features.size()).signed_distance;
 }
 
-/// Never more than the distance from a loop, outside of its box.
+/// A lower bound of the distance from a loop, outside its box.
 Value distance_from_box(Graph& graph, const Loop& loop) {
     Extent box;
     box.add(loop);

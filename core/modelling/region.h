@@ -9,7 +9,7 @@
 
 namespace bob {
 
-/// The signed distance in x and y from what loops wind around, negative inside; none where nothing is inside.
+/// The signed distance in x and y from the inside of loops, negative inside; empty if there is no inside.
 [[nodiscard]] std::optional<Value> region(Graph& graph, const std::vector<Loop>& loops, Winding winding);
 
 }  // namespace bob

@@ -45,7 +45,7 @@ private:
         }
     }
 
-    /// Counts what a value holds: long lists take more time than short ones, and large shapes than small ones.
+    /// Charges for the size of a value: long lists and large shapes take more time.
     void charge(Position at, const Value& value) {
         step(at, size(value) / 16);
         const Sdf* sdf = std::get_if<Sdf>(&value.value);
@@ -57,7 +57,7 @@ private:
         }
     }
 
-    /// Does work that takes and returns values; what goes wrong in it happened here.
+    /// Runs work that takes and returns values; its errors are reported at this position.
     template <class Work>
     Value at(Position at, Work work) {
         try {
@@ -115,7 +115,8 @@ private:
         if (statement.blocks.size() > statement.parts.size()) run(statement.blocks.back());
     }
 
-    /// An expression on its own line. shape.save("name.stl") is the shape: Python programs end that way.
+    /// An expression on its own line. shape.save("name.stl") evaluates to the shape, since Python programs end that
+    /// way.
     Value evaluate_saved(const Term& term) {
         const bool saved = term.kind == Kind::postfix && term.parts.back().kind == Kind::method &&
                            term.parts.back().text == "save";
@@ -127,12 +128,12 @@ private:
         return value;
     }
 
-    /// A shape becomes the script's result until another one does.
+    /// A shape becomes the script's result until the next one.
     void keep(Position at, const Value& value) {
         if (const Sdf* sdf = std::get_if<Sdf>(&value.value)) result_ = *sdf, result_at_ = at;
     }
 
-    /// Gives names to a value or its items. Assignments also make the script's result.
+    /// Assigns a value or its items to names. Assignments also set the script's result.
     void bind(const Term& target, const Value& value, bool assignment) {
         if (target.kind == Kind::name) {
             names_[target.text] = value;
@@ -175,7 +176,7 @@ private:
             case Kind::conditional: return evaluate(term.parts[holds(term.parts[0]) ? 1 : 2]);
             case Kind::call: return call(term);
             case Kind::postfix: return postfix(term, term.parts.size());
-            default: throw ScriptError(term.at, "expected a value");  // parts of others, which these evaluate
+            default: throw ScriptError(term.at, "expected a value");  // parts of other terms, which evaluate them
         }
     }
 
@@ -197,7 +198,7 @@ private:
         unknown(term);
     }
 
-    /// Why a name that is not a variable can't be used like this.
+    /// Reports why a name that is not a variable is invalid here.
     [[noreturn]] void unknown(const Term& term) const {
         const std::string name(term.text);
         if (const std::string_view hint = advice(name); !hint.empty()) {
@@ -232,7 +233,7 @@ private:
         names.emplace_back(target.text, found == names_.end() ? std::nullopt : std::optional(found->second));
     }
 
-    /// Runs the clauses of a list from the given one on, and collects the item for each turn of the last.
+    /// Runs the clauses of a list from the given one on. Collects an item for each iteration of the last.
     void generate(const Term& term, std::size_t clause, std::vector<Value>& result) {
         if (clause == term.parts.size()) {
             if (result.size() < ScriptLimits::items) result.push_back(evaluate(term.parts[0]));
@@ -286,7 +287,7 @@ private:
         return true;
     }
 
-    /// The first operand that decides, as Python has it.
+    /// The first operand that decides, as in Python.
     Value logic(const Term& term) {
         const bool any = term.operators[0] == Operator::logical_or;
         for (std::size_t i = 0;; ++i) {
@@ -323,7 +324,7 @@ private:
         return called;
     }
 
-    /// Calls a word with arguments as the vocabulary takes them.
+    /// Calls a word with arguments in the vocabulary's form.
     template <class Callee>
     Value with_objects(Position where, const Called& called, Callee callee) {
         return at(where, [&] {
@@ -368,7 +369,7 @@ private:
         });
     }
 
-    /// How many arguments a function takes.
+    /// The number of arguments of a function, as text.
     static std::string arguments_of(const Function& function) {
         if (function.most == 1) return "1 argument";
         if (function.most == function.least) return std::to_string(function.most) + " arguments";
@@ -377,7 +378,7 @@ private:
         return std::to_string(function.least) + most + " arguments";
     }
 
-    /// A value with the first `count` - 1 of the methods and indices behind it.
+    /// A value with the first `count` - 1 of its methods and indices.
     Value postfix(const Term& term, std::size_t count) {
         std::size_t i = 1;
         const Term& base = term.parts[0];
@@ -387,7 +388,7 @@ private:
         return value;
     }
 
-    /// The dimensions of the words behind a name of Python's modules of words, 0 for easings.
+    /// The dimensions of the words of a Python module of words, 0 for easings.
     std::optional<int> module(const Term& term) const {
         if (term.kind != Kind::name || names_.contains(term.text)) return std::nullopt;
         if (term.text == "ease") return 0;
@@ -433,7 +434,7 @@ private:
     std::size_t nodes_ = 0;
     std::optional<Sdf> result_;
     Position result_at_;
-    Position last_;  // of the statement run last
+    Position last_;  // of the last statement run
 };
 
 }  // namespace

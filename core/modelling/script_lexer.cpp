@@ -19,7 +19,8 @@ bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z
 bool continues_name(char c) { return starts_name(c) || is_digit(c); }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\f'; }
 
-/// One character of UTF-8 at the start of `text`, which is not empty: its bytes, 0 if they are not UTF-8.
+/// Decodes one UTF-8 character at the start of `text`, which is not empty. Returns its length in bytes, 0 if it is
+/// invalid.
 std::size_t decode(std::string_view text, char32_t& character) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const std::size_t length = byte(0) < 0x80 ? 1 : byte(0) < 0xc2 ? 0 : byte(0) < 0xe0 ? 2 : byte(0) < 0xf0 ? 3
@@ -66,7 +67,7 @@ Lexer::Lexer(std::string_view source) : source_(source) {
 
 char Lexer::peek(std::size_t ahead) const { return place_ + ahead < source_.size() ? source_[place_ + ahead] : '\0'; }
 
-/// Moves on within a line.
+/// Advances within a line.
 void Lexer::advance(std::size_t bytes) {
     for (const std::size_t end = place_ + bytes; place_ < end; ++at_.column) {
         char32_t character;
@@ -76,14 +77,14 @@ void Lexer::advance(std::size_t bytes) {
     }
 }
 
-/// Bytes of the line break here, 0 if there is none.
+/// Length in bytes of a line break at the current place, 0 if there is none.
 std::size_t Lexer::line_break() const {
     if (peek() == '\n') return 1;
     if (peek() == '\r') return peek(1) == '\n' ? 2 : 1;
     return 0;
 }
 
-/// Skips blanks, comments and line breaks that do not count; false at one that does, or at the end.
+/// Skips blanks, comments and insignificant line breaks; false at a significant one or at the end.
 bool Lexer::skip_to_token() {
     while (place_ < source_.size()) {
         if (is_blank(peek())) {
@@ -105,7 +106,7 @@ bool Lexer::skip_to_token() {
     return false;
 }
 
-/// At the start of a line: measures how far it is indented. True if that opens or closes blocks.
+/// Measures the indentation at the start of a line. True if it opens or closes blocks.
 bool Lexer::indentation(Token& token) {
     Indentation here{0, 0};
     for (;; advance(1)) {
@@ -171,7 +172,7 @@ Token Lexer::number() {
     return result;
 }
 
-/// A string in single, double or triple quotes. Escapes are kept as they stand: no word of the language reads them.
+/// A string in single, double or triple quotes. Escapes are kept verbatim: no word of the language reads them.
 Token Lexer::string() {
     const Position at = at_;
     const char quote = peek();
@@ -193,7 +194,7 @@ Token Lexer::string() {
 }
 
 Token Lexer::symbol() {
-    // The longer ones first.
+    // Longer symbols first.
     constexpr std::string_view symbols[] = {"**=", "//=", "**", "//", "+=", "-=", "*=", "/=", "%=", "|=", "&=",
                                             "<=",  ">=",  "==", "!=", "+",  "-",  "*",  "/",  "%",  "|",  "&",
                                             "<",   ">",   "=",  "(",  ")",  "[",  "]",  ",",  ".",  ":",  ";"};
@@ -201,7 +202,7 @@ Token Lexer::symbol() {
     const auto found = std::ranges::find_if(symbols, [&](std::string_view s) { return rest.starts_with(s); });
     if (found == std::end(symbols)) {
         char32_t character = 0;
-        if (decode(rest, character) == 0) advance(1);  // says so
+        if (decode(rest, character) == 0) advance(1);  // throws
         char text[16];
         const bool printable = character > ' ' && character < 0x7f;
         std::snprintf(text, sizeof text, printable ? "'%c'" : "U+%04X", static_cast<unsigned>(character));

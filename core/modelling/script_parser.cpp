@@ -5,7 +5,7 @@
 namespace bob::script {
 namespace {
 
-/// Operators between two operands, with Python's precedences; `not` stands between `and` and the comparisons.
+/// Binary operators with Python's precedences; `not` lies between `and` and the comparisons.
 struct Binary {
     std::string_view text;
     Operator op;
@@ -29,12 +29,12 @@ constexpr Binary binaries[] = {
     {"/", Operator::divide, 8},
     {"//", Operator::floor_divide, 8},
     {"%", Operator::modulo, 8},
-    {"**", Operator::power, 10},  // groups from the right: Parser::operand takes it
+    {"**", Operator::power, 10},  // right-associative: Parser::operand takes it
 };
 
 struct Refused {
     std::string_view name, advice;
-    bool keyword;  // of Python's: can't be a variable either
+    bool keyword;  // a keyword of Python, never a variable
 };
 constexpr std::string_view no_import = "scripts have every word already; delete this line";
 constexpr std::string_view no_function = "scripts cannot define functions; write the steps out, or use a loop";
@@ -151,7 +151,7 @@ private:
         if (!take(text)) fail(quoted(text));
     }
 
-    /// Counts how deep the parser has called itself, so that no text can exhaust the stack.
+    /// Counts the parser's recursion depth, so that no text exhausts the stack.
     class Nested {
     public:
         explicit Nested(Parser& parser) : depth_(parser.depth_) {
@@ -210,7 +210,7 @@ private:
         return result;
     }
 
-    /// Behind `for`: targets in values. Within a list the values can't stand without brackets.
+    /// After `for`: targets in values. Inside a list the values need brackets.
     std::vector<Term> runs_through(bool within_list) {
         std::vector<Term> parts;
         parts.push_back(expressions(comparison_precedence + 1));

@@ -1,4 +1,4 @@
-/// The syntax of shape scripts: from text to tokens, and from tokens to trees. Texts in either point into the source.
+/// The syntax of shape scripts: from text to tokens, and from tokens to trees. Texts in both refer to the source.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ struct Token {
     enum class Kind { number, string, name, symbol, newline, indent, dedent, end };
     Kind kind = Kind::end;
     Position at;
-    std::string_view text;  // as it stands in the source; of a string, what is between its quotes
+    std::string_view text;  // verbatim; of a string, the text between its quotes
     double number = 0;
 };
 
-/// Cuts a source into tokens as Python does: lines end where no bracket is open, indentation opens and closes blocks.
+/// Splits a source into tokens as Python does: lines end where no bracket is open, indentation opens and closes blocks.
 class Lexer {
 public:
     explicit Lexer(std::string_view source);
 
-    /// The next token; from the end on, always `end`.
+    /// The next token; after the last, always `end`.
     Token next();
 
 private:
@@ -50,14 +50,14 @@ private:
     std::size_t place_ = 0;
     Position at_;
     bool line_start_ = true;
-    int dedents_ = 0;  // still to be handed out
+    int dedents_ = 0;  // still to be returned
     std::vector<Indentation> indentations_{{0, 0}};
     std::vector<Bracket> brackets_;
 };
 
 [[nodiscard]] std::string quoted(std::string_view text);
 
-/// A token as messages show it.
+/// A token as shown in messages.
 [[nodiscard]] std::string describe(const Token& token);
 
 // ---- Trees -----------------------------------------------------------------------------------------------
@@ -68,8 +68,8 @@ enum class Operator {
     logical_and, logical_or,
 };
 
-/// A part of an expression. Operators of one precedence in a row are one term, and so are the methods and indices
-/// behind a value: long rows then need no deep recursion.
+/// A part of an expression. A run of operators of equal precedence is one term, and so are the methods and indices
+/// after a value: long runs then need no deep recursion.
 struct Term {
     enum class Kind {
         number,         // number
@@ -79,9 +79,9 @@ struct Term {
         name,           // text
         list,           // items
         comprehension,  // the item, then clauses
-        clause,         // its target, what it runs through, then conditions
+        clause,         // the target, the values, then conditions
         chain,          // operands, one more than operators: left to right
-        comparison,     // the same; each holds between neighbours
+        comparison,     // the same; each compares neighbours
         logic,          // the same, all operators `and` or all `or`
         negative,       // operand
         positive,       // operand
@@ -109,7 +109,7 @@ struct Statement {
         assign,      // targets, then the value
         augment,     // a name, then the right side; op
         expression,  // the value
-        loop,        // a target, what it runs through; one block
+        loop,        // a target and the values; one block
         branch,      // conditions; a block for each, and one more for else
         pass,
     };
@@ -120,10 +120,10 @@ struct Statement {
     std::vector<std::vector<Statement>> blocks;
 };
 
-/// What to write instead of a name of Python's that scripts do not have; empty for all others.
+/// The replacement for a Python name that scripts lack; empty for all others.
 [[nodiscard]] std::string_view advice(std::string_view name);
 
-/// Throws ScriptError at the first place that is not the language.
+/// Throws ScriptError at the first syntax error.
 [[nodiscard]] std::vector<Statement> parse(std::string_view source);
 
 }  // namespace bob::script

@@ -20,7 +20,7 @@ std::string text(double number) {
     return buffer;
 }
 
-/// A number or truth value as a number, as Python counts True as 1.
+/// A number or truth value as a number; True is 1, as in Python.
 const double* as_number(const Value& value, double& storage) {
     if (const bool* truth = std::get_if<bool>(&value.value)) return storage = *truth, &storage;
     return std::get_if<double>(&value.value);
@@ -37,7 +37,7 @@ double number(std::string_view what, const Value& value) {
     return *number;
 }
 
-/// A whole number that float64 holds exactly.
+/// An integer that float64 holds exactly.
 double whole(std::string_view what, const Value& value) {
     const double result = number(what, value);
     if (result != std::floor(result) || std::fabs(result) > 0x1p53) {
@@ -84,14 +84,14 @@ std::string_view symbol(Operator op) {
     return "";
 }
 
-/// The remainder with the sign of b, as Python has it.
+/// The remainder with the sign of b, as in Python.
 double python_modulo(double a, double b) {
     const double remainder = std::fmod(a, b);
     return remainder != 0 && (remainder < 0) != (b < 0) ? remainder + b : remainder;
 }
 
-/// The quotient rounded down, such that a == b * quotient + python_modulo(a, b) as nearly as can be: the plain quotient
-/// may round up to the next whole number.
+/// The quotient rounded down: a == b * quotient + python_modulo(a, b), as nearly as possible. The plain quotient may
+/// round up to the next integer.
 double python_floor_divide(double a, double b) { return std::round((a - python_modulo(a, b)) / b); }
 
 double compute(Operator op, double a, double b) {
@@ -113,7 +113,7 @@ double compute(Operator op, double a, double b) {
 
 std::size_t count(const Value& value) { return is_number(value) ? 1 : length("", value); }
 
-/// Number by number; a single number goes with each of a vector's.
+/// Element by element; a single number combines with each element of a vector.
 Value vector_arithmetic(Operator op, const Value& a, const Value& b) {
     const std::size_t n = count(a), m = count(b);
     if (!is_number(a) && !is_number(b) && n != m) {
@@ -171,7 +171,7 @@ Value absolute(Name name, Arguments arguments) {
 bool less(double a, double b) { return a < b; }
 bool greater(double a, double b) { return a > b; }
 
-/// The first of the arguments, or of the items of the only one, that is before all others.
+/// The first of the arguments, or of the items of a single list, that precedes all others.
 template <bool (*before)(double, double)>
 Value first(Name name, Arguments arguments) {
     const bool items = arguments.size() == 1;
@@ -193,7 +193,7 @@ Value sum(Name name, Arguments arguments) {
     return total;
 }
 
-/// Halves go to the even neighbour; with digits, it is the exact value of the float64 that is rounded.
+/// Halves go to even; with digits, the exact value of the float64 is rounded.
 Value round(Name name, Arguments arguments) {
     const double x = number(name, arguments[0]);
     if (arguments.size() == 1) return {std::nearbyint(x)};
@@ -310,7 +310,7 @@ Object to_object(const Value& value) {
             for (const Value& each : held->items) list.push_back(to_object(each));
             return {std::make_shared<const Object::List>(std::move(list))};
         } else if constexpr (std::is_same_v<T, double>) {
-            return {held + 0.0};  // zeros lose their sign: Python's whole numbers have none
+            return {held + 0.0};  // removes the sign of zeros: Python's integers have none
         } else {
             return {held};
         }
@@ -322,7 +322,7 @@ Value from_object(const Object& object) {
     const auto convert = [](const auto& held) -> Value {
         using T = std::decay_t<decltype(held)>;
         if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, Color>) {
-            return {};  // no word returns colours or texts, and values only point at the script's
+            return {};  // no word returns colours or texts, and values only refer to the script's
         } else if constexpr (std::is_same_v<T, std::shared_ptr<const Object::List>>) {
             std::vector<Value> items;
             for (const Object& each : *held) items.push_back(from_object(each));

@@ -1,5 +1,5 @@
-/// Values of shape scripts and what can be done with them, by Python's rules. Errors are CallErrors: the interpreter
-/// adds where they happened.
+/// Values of shape scripts and their operations, by Python's rules. Errors are CallErrors; the interpreter adds their
+/// positions.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ namespace bob::script {
 
 struct List;
 
-/// Numbers that are added and multiplied one by one, as numpy's arrays are: X, Y and Z are such, and what is computed
-/// from them. Brackets make lists.
+/// Numbers with elementwise arithmetic, like numpy's arrays: X, Y and Z, and values computed from them. Brackets make
+/// lists.
 struct Vector {
     std::shared_ptr<const std::vector<double>> numbers;
 };
@@ -26,26 +26,26 @@ struct Value {
     std::variant<None, bool, double, std::string_view, Vector, std::shared_ptr<const List>, Sdf, Easing> value;
 };
 
-/// A list or tuple; both are the same here, and never change.
+/// A list or tuple, with no difference between them; immutable.
 struct List {
     std::vector<Value> items;
     int depth;         // 1 for a list without lists
-    std::size_t size;  // the items of all lists within it, together
+    std::size_t size;  // the number of items, including nested lists
 };
 
 [[nodiscard]] Value make_list(std::vector<Value> items);
 [[nodiscard]] Value make_vector(std::vector<double> numbers);
 
-/// How much a value holds: 1 for a number.
+/// The size of a value: 1 for a number.
 [[nodiscard]] std::size_t size(const Value& value);
 
-/// To the language's words and back.
+/// Conversion to and from the vocabulary's objects.
 [[nodiscard]] Object to_object(const Value& value);
 [[nodiscard]] Value from_object(const Object& object);
 
 [[nodiscard]] std::string describe(const Value& value);
 
-/// What `if` makes of it.
+/// The truth of a value for `if`.
 [[nodiscard]] bool truth(const Value& value);
 
 /// + - * / // % ** of numbers, vectors and lists; not of shapes.
@@ -53,7 +53,7 @@ struct List {
 [[nodiscard]] Value negative(const Value& a);
 [[nodiscard]] bool compare(Operator op, const Value& a, const Value& b);
 
-/// Number of items of a list or vector, and one of them; `what` begins the message if it is neither.
+/// Number of items of a list or vector, and one item; `what` begins the message if the value is neither.
 [[nodiscard]] std::size_t length(std::string_view what, const Value& value);
 [[nodiscard]] Value item(const Value& value, std::size_t index);
 
@@ -66,7 +66,7 @@ struct Function {
     Value (*call)(std::string_view name, std::span<const Value> arguments);
 };
 
-/// Python's own functions and those of its math module that scripts have; nullptr where there is none.
+/// A supported function of Python or its math module; nullptr for any other name.
 [[nodiscard]] const Function* find_function(std::string_view name);
 
 struct Constant {

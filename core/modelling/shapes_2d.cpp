@@ -1,4 +1,4 @@
-/// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
+/// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp for the style of formulas.
 #include <algorithm>
 
 #include "modelling/region.h"
@@ -33,7 +33,7 @@ Object rounded_rectangle(const Arguments& a) {
 
 Object equilateral_triangle(const Arguments&) {
     Graph graph;
-    // Mirrored until the lower edge, from (-2, 0) to (0, 0), is the nearest; inside is above it.
+    // Mirrored until the lower edge, from (-2, 0) to (0, 0), is the nearest; the inside is above it.
     Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
     const Value over = max(x + sqrt3 * y, 0) / 2;
     x = x - over, y = y - sqrt3 * over;
@@ -48,7 +48,7 @@ Object hexagon(const Arguments& a) {
     // Mirrored until the upper edge is the nearest.
     const Value aside = x * (sqrt3 / 2), over = 2 * min(y * 0.5 - aside, 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
-    const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
+    const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, no point lies past the edge's ends
     const Value up = max(beyond, 0);
     return sdf<2>(graph, piecewise(beside, beyond, hypot(max(beside, 0), up)));
 }
@@ -57,18 +57,18 @@ Object rounded_x(const Arguments& a) {
     const double half = a.number("w") / 2;
     Graph graph;
     const auto [x, y] = abs(point<2>(graph));
-    // Less the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
+    // Minus the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
     const Value across = (x - y) / 2;
     const Value beyond_y = y - half, dy = max(-across, beyond_y);
     return sdf<2>(graph, hypot(max(across, x - half), dy) - a.number("r"));
 }
 
-/// An edge of a polygon, and a point by it.
+/// A point relative to an edge of a polygon.
 struct Edge {
     Vector<2> from, direction;
     double length;
-    Value run;   // along it, counted from its start
-    Value left;  // how far to its left
+    Value run;   // along it, from its start
+    Value left;  // distance to its left
 };
 
 std::vector<Edge> edges(Graph& graph, const std::vector<Vector<2>>& corners) {
@@ -82,7 +82,7 @@ std::vector<Edge> edges(Graph& graph, const std::vector<Vector<2>>& corners) {
     return result;
 }
 
-/// 1 where a convex polygon goes around to the left, -1 to the right; 0 where it is not convex.
+/// 1 if a convex polygon turns left, -1 if right; 0 if it is not convex.
 int convex_turn(const std::vector<Edge>& edges) {
     double total = 0, least = 0, most = 0;
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -90,11 +90,11 @@ int convex_turn(const std::vector<Edge>& edges) {
         const double turn = std::atan2(a[0] * b[1] - a[1] * b[0], dot(a, b));
         total += turn, least = std::min(least, turn), most = std::max(most, turn);
     }
-    if (std::fabs(total) > 7) return 0;  // more than once around
+    if (std::fabs(total) > 7) return 0;  // more than one turn
     return least >= 0 ? 1 : most <= 0 ? -1 : 0;
 }
 
-/// The farthest that the point is beyond an edge's line; past two edges' ends, the distance from the corner between.
+/// The maximum distance from an edge's line; past the ends of two edges, the distance from their corner.
 Value convex(Graph& graph, const std::vector<Edge>& edges, int turn) {
     Value result = edges[0].left * -turn;
     for (const Edge& edge : edges) result = max(result, edge.left * -turn);
@@ -149,7 +149,7 @@ void add_shapes_2d(std::vector<Word>& words) {
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),
            optional("k", number)},
-          slab<2>, "What lies between lines across the axes, of which any may be left out; k rounds its corners.");
+          slab<2>, "The region between lines across the axes; each line is optional, and k rounds the corners.");
     shape("rectangle",
           {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
           box<2>, "A rectangle of given sides around a center, or from corner a to corner b.");
@@ -163,7 +163,7 @@ void add_shapes_2d(std::vector<Word>& words) {
     shape("polygon", {required("points", Type::points)}, polygon,
           "A polygon from its corners in order; where it crosses itself, even-odd.");
     shape("vesica", {r, required("d", number)}, vesica,
-          "What two disks of radius r share whose centers are d to the left and right of the origin.");
+          "The intersection of two disks of radius r with centers d to the left and right of the origin.");
 }
 
 }  // namespace bob

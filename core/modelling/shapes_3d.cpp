@@ -1,6 +1,6 @@
-/// Shapes in three dimensions. The formulas give the values of fogleman/sdf's, many of them Inigo Quilez's
-/// (iquilezles.org/articles/distfunctions), but are written so that they stay tight in interval arithmetic, and their
-/// derivatives clean on the surface: distances along and across, each a straight function of x, y and z.
+/// Shapes in three dimensions, with the values of fogleman/sdf's, many of them Inigo Quilez's
+/// (iquilezles.org/articles/distfunctions). The formulas are arranged to stay tight in interval arithmetic, with smooth
+/// derivatives on the surface: distances along and across, each linear in x, y and z.
 #include <algorithm>
 
 #include "modelling/shapes_nd.h"
@@ -11,20 +11,20 @@ namespace {
 
 constexpr Vector<3> origin{0, 0, 0}, up{0, 0, 1};
 
-/// A point by the line from a to b: how far along it, counted from a, and how far away from it.
+/// A point relative to the line from a to b. Its distance along the line from a, and its distance from the line.
 struct Axial {
     Value along, away;
     double length;  // from a to b
 };
 
-/// Checks that the line's ends, the arguments `a` and `b`, are two points.
+/// Checks that the arguments `a` and `b` are two distinct points.
 Axial axial(Graph& graph, const Arguments& arguments) {
     const Vector<3> a = arguments.vector<3>("a"), b = arguments.vector<3>("b");
     const double span = length(b - a);
     if (span == 0) arguments.reject("b", "another point than a");
     const Vector<3> axis = (b - a) * (1 / span);
-    // Two directions across it, the first at right angles also to the coordinate axis that it is farthest from. Along a
-    // coordinate axis all three are coordinate axes.
+    // Two perpendicular directions, the first also perpendicular to the coordinate axis farthest from the line. Along a
+    // coordinate axis, all three are coordinate axes.
     Vector<3> farthest{};
     const auto by_size = [](double p, double q) { return std::fabs(p) < std::fabs(q); };
     farthest[static_cast<std::size_t>(std::min_element(axis.begin(), axis.end(), by_size) - axis.begin())] = 1;
@@ -34,7 +34,7 @@ Axial axial(Graph& graph, const Arguments& arguments) {
     return {along, hypot(dot(p, u), across), span};
 }
 
-/// The half space on the side of `point` that `normal` leads away from is outside: (point - p) . normal.
+/// The half space behind the plane through `point` with outward `normal`: (point - p) . normal.
 Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& normal) {
     return dot(p - point, normal * -1);
 }
@@ -54,7 +54,7 @@ Object rounded_box(const Arguments& a) {
 Object wireframe_box(const Arguments& a) {
     const double half = a.number("thickness") / 2;
     Graph graph;
-    // From the outer faces inwards, p; from the middle line of each bar, q.
+    // p: inwards from the outer faces; q: from the middle line of each bar.
     const Point<3> from_middle = abs(point<3>(graph)) - a.size<3>("size") * 0.5;
     const Vector<3> halves{half, half, half};
     const Point<3> p = from_middle - halves, q = abs(from_middle) - halves;
@@ -100,13 +100,14 @@ Object capped_cone(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
     const double slope = std::hypot(length, rb - ra);
-    // From the nearer cap's plane, and outwards from its rim; from the side, and along it beyond its ends.
+    // cap: from the nearer cap's plane; rim: outwards from its rim; side: from the side; run: along the side past its
+    // ends.
     const Value cap = beyond(along, length);
     const Value radius_b = graph.constant(rb), radius_a = graph.constant(ra);
     const Value rim = away - piecewise(along - length / 2, radius_a, radius_b);
     const Value narrower = along * ((rb - ra) / slope), side = (away - ra) * (length / slope) - narrower;
     const Value farther = along * (length / slope), run = beyond((away - ra) * ((rb - ra) / slope) + farther, slope);
-    // Only where it is outwards of a rim and beyond an end, a rim is nearest.
+    // A rim is nearest only outwards of it and past an end.
     const Value from_side = hypot(side, run), to_rim = min(hypot(rim, cap), from_side);
     const Value to_face = max(side, cap);
     return sdf<3>(graph, piecewise(min(rim, run), to_face, to_rim));
@@ -121,7 +122,7 @@ Object rounded_cone(const Arguments& a) {
     const Value away = hypot(x, y), back = away * sine, along = z * cosine - back;
     const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2;
     const Value outwards = z * sine, side = away * cosine + outwards - r1;
-    if (h < 0) return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));  // which jumps
+    if (h < 0) return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));  // a jump
     return sdf<3>(graph, piecewise(along, below, piecewise(cosine * h - along, above, side)));
 }
 
@@ -132,7 +133,8 @@ Object ellipsoid(const Arguments& a) {
     const Point<3> scaled{x / size[0], y / size[1], z / size[2]};
     const Point<3> twice{x / (size[0] * size[0]), y / (size[1] * size[1]), z / (size[2] * size[2])};
     const Value k0 = length(scaled), k1 = length(twice);
-    // k0 / k1 is a mean of the semi-axes. Saying so keeps it finite in the centre, and intervals around it tight.
+    // k0 / k1 is a mean of the semi-axes. Clamping it to their range keeps it finite at the centre, and intervals
+    // around it tight.
     const auto [low, high] = std::minmax({std::fabs(size[0]), std::fabs(size[1]), std::fabs(size[2])});
     const Value mean = clamp(k0 / max(k1, 1e-300), low, high);
     return sdf<3>(graph, (k0 - 1) * mean);
@@ -143,7 +145,7 @@ Object pyramid(const Arguments& a) {
     Graph graph;
     const Value x = abs(graph.x()) - 0.5, y = abs(graph.y()) - 0.5, z = graph.z();
     const Value px = max(x, y), pz = min(x, y);
-    // Across a face, from the base's edge upwards, and along the edge.
+    // Across a face, upwards from the base's edge, and along the edge.
     const Value half_z = 0.5 * z, across = h * px + half_z;
     const Value half_x = 0.5 * px, upwards = h * z - half_x;
     const Value t = clamp((upwards - 0.5 * pz) / (m2 + 0.25), 0, 1);
@@ -156,7 +158,7 @@ Object pyramid(const Arguments& a) {
     return sdf<3>(graph, select(-over_face, from_face, elsewhere) / m);
 }
 
-// The Platonic solids, but for the cube.
+// The Platonic solids other than the cube.
 
 Object tetrahedron(const Arguments& a) {
     Graph graph;
@@ -171,7 +173,7 @@ Object octahedron(const Arguments& a) {
     return sdf<3>(graph, (x + y + z - a.number("r")) / std::sqrt(3));
 }
 
-/// The largest of p . n over the turns of n = (x, y, z).
+/// The maximum of p . n over the cyclic permutations of n = (x, y, z).
 Value over_turns(const Point<3>& p, const Vector<3>& n) {
     const auto [x, y, z] = n;
     const Value second = dot(p, Vector<3>{y, z, x}), first = dot(p, Vector<3>{z, x, y});
@@ -187,7 +189,7 @@ Object dodecahedron(const Arguments& a) {
 
 Object icosahedron(const Arguments& a) {
     const Vector<3> n = normalized(Vector<3>{(std::sqrt(5) + 3) / 2, 1, 0});
-    // r reaches to the corners, this to the middle of the edges, as for the dodecahedron.
+    // r is the circumradius; this is the midradius, as for the dodecahedron.
     const double r = a.nonzero("r") * 0.8506507174597755;
     Graph graph;
     const Point<3> p = abs(point<3>(graph));
@@ -214,7 +216,7 @@ void add_shapes_3d(std::vector<Word>& words) {
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
            optional("y1", number), optional("z1", number), optional("k", number)},
           slab<3>,
-          "What lies between planes across the axes, of which any may be left out; k rounds its edges.");
+          "The region between planes across the axes; each plane is optional, and k rounds the edges.");
     shape("box",
           {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
           box<3>, "A box of given sides around a center, or from corner a to corner b.");

@@ -1,4 +1,4 @@
-/// Shapes that are one idea in two and in three dimensions: balls, boxes, and what lies between planes.
+/// Shapes common to two and three dimensions: balls, boxes, and slabs between planes.
 #pragma once
 
 #include <array>

@@ -18,7 +18,7 @@ std::string text(double number) {
     return buffer;
 }
 
-/// The value itself where it is short, else what it is.
+/// The value itself if it is short, else its description.
 std::string value_text(const Object& object) {
     if (const double* number = std::get_if<double>(&object.value)) return text(*number);
     if (const std::string* string = std::get_if<std::string>(&object.value)) {
@@ -77,7 +77,7 @@ std::string expected(Type type, int dimensions) {
         case Type::numbers: return "a number or a list of numbers";
         case Type::points: return "a list of " + d + "points";
         case Type::easing: return "an easing function";
-        case Type::color: return "#rrggbb or 3 numbers";
+        case Type::color: return "#rrggbb, a CSS name or 3 numbers";
         case Type::sdf: return "a " + d + "shape";
     }
     return "";
@@ -110,7 +110,7 @@ void check(const Word& word, const Parameter& parameter, const Object& object) {
     }
 }
 
-/// Takes the colours of all shapes in a list, and returns whether there were any.
+/// Removes the colours of all shapes in a list, and returns whether there were any.
 bool without_colors(std::vector<Object>& values) {
     bool found = false;
     for (Object& value : values) {
@@ -135,7 +135,7 @@ std::string names(const Word& word) {
     return result.empty() ? "none" : result;
 }
 
-/// The arguments in the order of the parameters, as Python binds them, each checked.
+/// The arguments in the order of the parameters, bound as in Python and checked.
 std::vector<Object> bind(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords) {
     const std::vector<Parameter>& parameters = word.parameters;
     std::vector<std::optional<Object>> values(parameters.size());
@@ -176,7 +176,7 @@ std::vector<Object> bind(const Word& word, std::span<const Object> positional, s
     return bound;
 }
 
-/// The operation of the same name for shapes like the first argument, if there is one: `union` takes both.
+/// The operation of the same name for the first argument's dimensions, if there is one: `union` has both.
 const Word& suited(const Word& word, std::span<const Object> positional) {
     if (word.kind != Word::Kind::operation || positional.empty()) return word;
     const Sdf* sdf = std::get_if<Sdf>(&positional.front().value);
@@ -215,7 +215,7 @@ Object call(const Word& word, std::span<const Object> positional, std::span<cons
         std::vector<Object> values = bind(callee, positional, keywords);
         const std::vector<Object> colored = values;
         if (!without_colors(values)) return callee.call(Arguments(callee, std::move(values)));
-        // Colours have nodes in common with distances, which would then be numbered in another order.
+        // Colours share nodes with distances, which would change the numbering of these.
         Object result = callee.call(Arguments(callee, std::move(values)));
         std::get<Sdf>(result.value).color = std::get<Sdf>(callee.call(Arguments(callee, colored)).value).color;
         return result;
@@ -227,7 +227,7 @@ Object call(const Word& word, std::span<const Object> positional, std::span<cons
 Object call_method(const Sdf& sdf, std::string_view name, std::span<const Object> positional,
                    std::span<const Keyword> keywords) {
     if (name == "k") {
-        // Not an operation: it tells how the next one treats this shape.
+        // Not an operation: it sets how the next one treats this shape.
         static const Word set_k{"shape.k", Word::Kind::operation, 0, 0, {optional("k", Type::number)}, "", nullptr};
         const Arguments arguments(set_k, bind(set_k, positional, keywords));
         Sdf result = sdf;
@@ -328,7 +328,7 @@ Vector<n> Arguments::nonzero_size(std::string_view name) const {
 template <std::size_t n>
 Vector<n> Arguments::direction(std::string_view name) const {
     Vector<n> result = vector<n>(name);
-    // Scaled first, so that the length of very long and very short ones is right too.
+    // Scaled first, so that very long and very short vectors have correct lengths.
     double largest = 0;
     for (const double number : result) largest = std::max(largest, std::fabs(number));
     if (largest == 0) reject(name, "a vector of a length above 0");
@@ -352,7 +352,7 @@ std::shared_ptr<const ColorFormula> Arguments::color(std::string_view name) cons
     if (const Color* color = std::get_if<Color>(&object.value)) return color->formula;
     if (const std::string* string = std::get_if<std::string>(&object.value)) {
         const auto rgb = linear_color(*string);
-        if (!rgb) reject(name, "#rrggbb or 3 numbers");
+        if (!rgb) reject(name, "#rrggbb, a CSS name or 3 numbers");
         return std::make_shared<const ColorFormula>(*rgb);
     }
     const Vector<3> rgb = vector<3>(name);

@@ -1,5 +1,6 @@
-/// The modelling language's words, each declared once, as data: shapes, operations on shapes and easing functions after
-/// the names and meanings of fogleman/sdf. Python, shape scripts and the documentation are made from this table.
+/// The words of the modelling language, each declared once, as data. They are shapes, operations on shapes and easing
+/// functions, with the names and meanings of fogleman/sdf. Python, shape scripts and the documentation are generated
+/// from this table.
 #pragma once
 
 #include <memory>
@@ -16,20 +17,20 @@
 
 namespace bob {
 
-/// A shape of the language: inside where its expression is negative. Two dimensions: an expression in x and y.
+/// A shape of the language: inside where its expression is negative. In two dimensions, an expression in x and y.
 struct Sdf {
     int dimensions = 3;
     std::shared_ptr<const Expression> expression;
-    std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); only .color() does not forget it
-    std::shared_ptr<const ColorFormula> color;  // of its surface; null where it has none
+    std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); only .color() keeps it
+    std::shared_ptr<const ColorFormula> color;  // of its surface; null if it has no colour
 };
 
-/// A function of one number, t, held as an expression in x.
+/// A function of one number t, stored as an expression in x.
 struct Easing {
     std::shared_ptr<const Expression> expression;
 };
 
-/// A colour at each point, given as one.
+/// A colour for each point.
 struct Color {
     std::shared_ptr<const ColorFormula> formula;
 };
@@ -59,11 +60,11 @@ enum class Type {
 struct Parameter {
     std::string_view name;
     Type type;
-    std::optional<Object> default_value;  // none: must be given; None: may be left out
+    std::optional<Object> default_value;  // empty: required; None: optional
     bool variadic = false;                // takes all further positional arguments, in Python's notation *name
 };
 
-class Arguments;  // what a word was called with, checked and in the order of its parameters
+class Arguments;  // the arguments of a call, checked and in the order of the parameters
 
 struct Word {
     enum class Kind {
@@ -80,14 +81,14 @@ struct Word {
     Object (*call)(const Arguments&);
 };
 
-/// All words. A name may stand twice, once for each number of dimensions.
+/// All words. A name may occur twice, once for each number of dimensions.
 [[nodiscard]] std::span<const Word> vocabulary();
 
-/// nullptr where there is none. `dimensions` 0 takes easings, and for shapes and operations it means 3, or 2 where the name
-/// has no meaning in three.
+/// nullptr if the name is unknown. `dimensions` is 0 for easings; for shapes and operations, 0 means 3, or 2 if the
+/// name has no meaning in three.
 [[nodiscard]] const Word* find_word(std::string_view name, int dimensions);
 
-/// What is wrong with a call, in one line: word, parameter, what was expected and what was given.
+/// An error in a call, in one line: word, parameter, expected, got.
 struct CallError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -99,12 +100,14 @@ struct CallTypeError : CallError {
 
 using Keyword = std::pair<std::string, Object>;
 
-/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a shape of other
-/// dimensions is the operation of that name in those, where there is one. An easing called with a number is a number;
-/// without it, the Easing itself. The expression of the shape is the same, node by node, whatever has a colour.
+/// Calls a word like a Python function; throws CallError, or TooLarge.
+///
+/// An operation called with a shape of other dimensions becomes the operation of that name for these, if there is one.
+/// An easing called with a number is a number; without it, the Easing itself. Colours do not change the shape's
+/// expression: it is the same, node by node.
 [[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);
 
-/// Calls the method `name` of a shape: the operation of that name that takes shapes of its dimensions, or `k`.
+/// Calls the method `name` of a shape: the operation of that name for shapes of its dimensions, or `k`.
 [[nodiscard]] Object call_method(const Sdf& sdf, std::string_view name, std::span<const Object> positional,
                                  std::span<const Keyword> keywords);
 

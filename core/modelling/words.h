@@ -1,4 +1,4 @@
-/// What the words are written with: arguments by name, points of values, and the shapes made of them.
+/// Tools for writing words: arguments by name, points of values, and results.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace bob {
 
-// Each file of words adds its own to the table.
+// Each file of words adds its entries to the table.
 void add_shapes_3d(std::vector<Word>& words);
 void add_shapes_2d(std::vector<Word>& words);
 void add_operations(std::vector<Word>& words);
@@ -29,8 +29,8 @@ using Vector = std::array<double, n>;
 template <std::size_t n>
 using Point = std::array<Value, n>;
 
-/// What a word was called with, by the names of its parameters. Types are checked before; further requirements are
-/// checked here, and CallError says what was given instead.
+/// The arguments of a call, by the names of the parameters. Types are already checked; other requirements are checked
+/// here, with a CallError that names the value given.
 class Arguments {
 public:
     Arguments(const Word& word, std::vector<Object> values) : word_(word), values_(std::move(values)) {}
@@ -44,7 +44,7 @@ public:
 
     template <std::size_t n>
     [[nodiscard]] Vector<n> vector(std::string_view name) const;
-    /// A number stands for all axes.
+    /// A single number applies to all axes.
     template <std::size_t n>
     [[nodiscard]] Vector<n> size(std::string_view name) const;
     template <std::size_t n>
@@ -75,7 +75,7 @@ private:
     std::vector<Object> values_;
 };
 
-// The table's entries.
+// Results in the table's types.
 
 inline Object object(double number) { return {number}; }
 template <std::size_t n>
@@ -188,9 +188,9 @@ Value dot(const Point<n>& p, const Vector<n>& v) {
     return sum;
 }
 
-/// Where two things meet at right angles, a and b being the signed distances from each: what is in both. The same as
-/// min(max(a, b), 0) + hypot(max(a, 0), max(b, 0)), but away from the edge nothing but a, or b, is left of it: where the
-/// surface is flat, so is the formula.
+/// The intersection of two surfaces at right angles, given the signed distances a and b. Equal to min(max(a, b), 0) +
+/// hypot(max(a, 0), max(b, 0)), but away from the edge it reduces to a, or b, alone: flat surfaces have linear
+/// formulas.
 inline Value corner(const Value& a, const Value& b) {
     const Value beyond_b = max(b, 0);
     const Value outside = hypot(max(a, 0), beyond_b);
@@ -207,7 +207,7 @@ Value corner(const Point<n>& q) {
     return result;
 }
 
-/// |v - middle of 0..extent| - half the extent: negative between 0 and `extent`, beyond them the distance to the nearer.
+/// |v - middle of 0..extent| - half the extent. Negative between 0 and `extent`, outside the distance to the nearer end.
 inline Value beyond(Value v, double extent) { return abs(v - extent / 2) - extent / 2; }
 
 // Shapes.
@@ -239,11 +239,11 @@ inline Value eased(const Expression& easing, Value t) {
     return t.graph->substitute(easing, t, zero, zero);
 }
 
-/// How far apart two distances may be for the edge between them to be rounded: the argument k, 0 where there is none.
+/// The distance between a and b within which their edge is rounded: the argument k, 0 if omitted.
 double smoothness(const Arguments& arguments);
 
-/// The larger of a and b, rounded where they are closer than k: what intersections are made of. Where only one of two shapes has
-/// a colour, the other has it too: it only cuts.
+/// The maximum of a and b, rounded where they differ by less than k: the basis of intersections. If only one of two
+/// shapes has a colour, both do: the other only cuts.
 Value smooth_max(Value a, Value b, double k);
 Colored smooth_max(const Colored& a, const Colored& b, double k);
 

@@ -19,8 +19,8 @@ constexpr int back(int i) { return i == 0 ? 2 : i - 1; }
 
 struct Triangle {
     std::array<std::int32_t, 3> corner;          // anticlockwise
-    std::array<std::int32_t, 3> beside;          // the triangle across from each corner; -1 where there is none
-    std::array<bool, 3> is_fixed{}, is_border{};  // the edge across from each corner: stays; parts inside from outside
+    std::array<std::int32_t, 3> beside;          // the triangle opposite each corner; -1 if there is none
+    std::array<bool, 3> is_fixed{}, is_border{};  // whether the edge opposite each corner is fixed, and whether it separates inside from outside
 };
 
 class Delaunay {
@@ -30,15 +30,15 @@ public:
             if (std::min(p[0], p[1]) < 0 || std::max(p[0], p[1]) > max_plane) throw std::invalid_argument("a point is out of range");
             points_.push_back({p[0], p[1]});
         }
-        // A square far around all of them.
+        // A square far around all points.
         constexpr std::int64_t low = -3 * std::int64_t{max_plane}, high = 4 * std::int64_t{max_plane};
         points_.insert(points_.end(), {{low, low}, {high, low}, {high, high}, {low, high}});
         at_.assign(points_.size(), 0);
         triangles_.push_back({{count_, count_ + 1, count_ + 2}, {-1, 1, -1}});
         triangles_.push_back({{count_, count_ + 2, count_ + 3}, {-1, -1, 0}});
-        // In rounds, each of about twice as many points as all before it, or rows of a grid would be turned over again and
-        // again (Amenta, Choi and Rote, "Incremental constructions con BRIO", 2003); each to and fro in bands, so that a point
-        // is near the one before.
+        // Inserts points in rounds, each of about twice as many points as all rounds before. Row by row, a grid's
+        // triangles would be flipped again and again (Amenta, Choi and Rote, "Incremental constructions con BRIO",
+        // 2003). Each round goes to and fro in bands, so that consecutive points are near each other.
         struct Turn {
             int round, band;
             std::int64_t x;
@@ -68,7 +68,7 @@ public:
         }
     }
 
-    /// Makes a line between two points an edge that stays; points on it part it.
+    /// Fixes the line between two points as an edge; points on it split it.
     void fix(std::int32_t a, std::int32_t b) {
         while (a != b) a = fix_part(a, b);
     }
@@ -98,13 +98,13 @@ private:
 
     static std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-    /// Above 0 where a, b and c turn left.
+    /// Above 0 if a, b and c turn left.
     [[nodiscard]] std::int64_t side(std::int32_t a, std::int32_t b, std::int32_t c) const {
         const Point &p = points_[index(a)], &q = points_[index(b)], &r = points_[index(c)];
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     }
 
-    /// Whether d lies within the circle through a, b and c, which turn left.
+    /// Whether d lies inside the circle through a, b and c, which turn left.
     [[nodiscard]] bool is_in_circle(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) const {
         const Point& o = points_[index(d)];
         std::int64_t x[3], y[3];
@@ -122,7 +122,7 @@ private:
         const auto& corners = triangles_[index(t)].corner;
         return corners[0] == corner ? 0 : corners[1] == corner ? 1 : 2;
     }
-    /// Across from which corner of triangle t the other lies.
+    /// The corner of triangle t opposite its neighbour `other`.
     [[nodiscard]] int place_beside(std::int32_t t, std::int32_t other) const {
         const auto& beside = triangles_[index(t)].beside;
         return beside[0] == other ? 0 : beside[1] == other ? 1 : 2;
@@ -130,7 +130,7 @@ private:
 
     void add(std::int32_t p) {
         std::int32_t t = last_;
-        int on = -1;  // the corner across from the edge that p is on
+        int on = -1;  // the corner opposite the edge that contains p
         for (int i = 0; i < 3;) {
             const Triangle& triangle = triangles_[index(t)];
             const std::int64_t s = side(triangle.corner[index(turn(i))], triangle.corner[index(back(i))], p);
@@ -145,12 +145,12 @@ private:
             }
             ++i;
         }
-        std::vector<std::pair<std::int32_t, int>>& suspects = suspects_;  // edges across from p
+        std::vector<std::pair<std::int32_t, int>>& suspects = suspects_;  // edges opposite p
         suspects.clear();
         const Triangle old = triangles_[index(t)];
         const auto fresh = static_cast<std::int32_t>(triangles_.size());
         if (on < 0) {
-            // Triangle k has the old edge across from corner k.
+            // Triangle k has the old edge opposite corner k.
             const std::int32_t number[3] = {t, fresh, fresh + 1};
             triangles_.resize(triangles_.size() + 2);
             for (int k = 0; k < 3; ++k) {
@@ -160,7 +160,7 @@ private:
                 suspects.push_back({number[k], 0});
             }
         } else {
-            // Both triangles at the edge are parted at p.
+            // Splits both triangles at the edge at p.
             const std::int32_t other = old.beside[index(on)];
             const int across = place_beside(other, t);
             const Triangle opposite = triangles_[index(other)];
@@ -196,7 +196,7 @@ private:
         if (t >= 0) triangles_[index(t)].beside[index(place_beside(t, from))] = to;
     }
 
-    /// Turns the edge across from a corner of triangle t, which is then between that corner and the one beyond.
+    /// Flips the edge opposite a corner of triangle t: it then joins that corner to the opposite one.
     void flip(std::int32_t t, int i) {
         Triangle& near = triangles_[index(t)];
         const std::int32_t other = near.beside[index(i)];
@@ -223,7 +223,7 @@ private:
         at_[index(r)] = other;
     }
 
-    /// Fixes the line from a towards b up to the first point on it, which is returned.
+    /// Fixes the line from a towards b up to the first point on it, and returns that point.
     std::int32_t fix_part(std::int32_t a, std::int32_t b) {
         // The triangle at a that the line passes through.
         std::int32_t t = at_[index(a)];
@@ -236,10 +236,10 @@ private:
             if (of_right == 0 && is_ahead(a, b, right)) return mark(t, back(i)), right;
             if (of_left == 0 && is_ahead(a, b, left)) return mark(t, turn(i)), left;
             if (of_right < 0 && of_left > 0) break;
-            t = triangles_[index(t)].beside[index(turn(i))];  // anticlockwise around a, which is within the square
+            t = triangles_[index(t)].beside[index(turn(i))];  // anticlockwise around a, which is inside the square
             if (t == start) throw std::invalid_argument("a point is there twice");
         }
-        // The edges that it crosses, as pairs of points, until it meets a point.
+        // The edges that it crosses, as pairs of points, until it reaches a point.
         std::deque<std::pair<std::int32_t, std::int32_t>> crossed;
         std::int32_t right = triangles_[index(t)].corner[index(turn(i))], left = triangles_[index(t)].corner[index(back(i))], end;
         while (true) {
@@ -252,11 +252,11 @@ private:
             end = beyond;
             if (s == 0) break;
             t = next;
-            // Out through the edge between `beyond` and the corner on the other side of the line.
+            // Leaves through the edge between `beyond` and the corner on the other side of the line.
             i = place_of(t, s > 0 ? left : right);
             (s > 0 ? left : right) = beyond;
         }
-        // Turned, if what they are in bulges, until none of them crosses it any more.
+        // Flips them, if their quadrilateral is convex, until no edge crosses the line.
         std::vector<std::pair<std::int32_t, std::int32_t>> made;
         while (!crossed.empty()) {
             Interruption::check();
@@ -280,7 +280,7 @@ private:
                 made.push_back({r, s});
             }
         }
-        // The new edges but the line itself may not be Delaunay's.
+        // The new edges except the line itself may not be Delaunay.
         for (bool changed = true; changed;) {
             changed = false;
             for (auto& [p, q] : made) {
@@ -302,15 +302,15 @@ private:
         return end;
     }
 
-    /// Whether c, on the line through a and b, is on the side of a where b is.
+    /// Whether c, on the line through a and b, is on b's side of a.
     [[nodiscard]] bool is_ahead(std::int32_t a, std::int32_t b, std::int32_t c) const {
         const Point &p = points_[index(a)], &q = points_[index(b)], &r = points_[index(c)];
         return (q[0] - p[0]) * (r[0] - p[0]) + (q[1] - p[1]) * (r[1] - p[1]) > 0;
     }
 
-    /// A triangle with the edge between p and q, and across from which corner it is.
+    /// A triangle with the edge between p and q, and the corner opposite it.
     [[nodiscard]] std::pair<std::int32_t, int> edge(std::int32_t p, std::int32_t q) const {
-        if (p >= count_) std::swap(p, q);  // the square's corners have no triangles all around
+        if (p >= count_) std::swap(p, q);  // the square's corners lack triangles on some sides
         std::int32_t t = at_[index(p)];
         while (true) {
             const int i = place_of(t, p);
@@ -328,7 +328,7 @@ private:
     }
 
     std::int32_t count_;
-    std::vector<Point> points_;  // and the square's corners behind them
+    std::vector<Point> points_;  // followed by the square's corners
     std::vector<Triangle> triangles_;
     std::vector<std::int32_t> at_;  // a triangle at each point
     std::int32_t last_ = 0;

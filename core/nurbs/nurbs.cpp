@@ -7,7 +7,7 @@
 namespace bob {
 namespace {
 
-/// From a to b, exactly a where t is 0 or both are equal, exactly b where t is 1.
+/// Interpolates from a to b. Exactly a if t is 0 or both are equal, exactly b if t is 1.
 template <std::size_t D>
 std::array<double, D> mix(const std::array<double, D>& a, const std::array<double, D>& b, double t) {
     std::array<double, D> result;
@@ -22,7 +22,7 @@ void add(std::array<double, D>& sum, double factor, const std::array<double, D>&
     for (std::size_t i = 0; i < D; ++i) sum[i] += factor * point[i];
 }
 
-/// Whether two points are the same but for rounding.
+/// Whether two points are equal up to rounding.
 template <std::size_t D>
 bool nearly_equal(const std::array<double, D>& a, const std::array<double, D>& b) {
     double size = 0, distance = 0;
@@ -33,7 +33,7 @@ bool nearly_equal(const std::array<double, D>& a, const std::array<double, D>& b
     return distance <= 1e-12 * size;
 }
 
-/// The spans of the domain that are not empty.
+/// The nonempty spans of the domain.
 std::vector<std::size_t> bezier_spans(int degree, std::span<const double> knots) {
     const auto p = static_cast<std::size_t>(degree);
     std::vector<std::size_t> spans;
@@ -44,7 +44,8 @@ std::vector<std::size_t> bezier_spans(int degree, std::span<const double> knots)
 }
 
 /// The Bezier control points of the pieces on these spans, degree + 1 for each. In terms of the blossom f of span k
-/// from a to b, control point i is f(knots[k - p + 1 + i], .., knots[k + i]), and becomes f(a, .., b, ..), i times b.
+/// from a to b, control point i is f(knots[k - p + 1 + i], .., knots[k + i]), and becomes f(a, .., b, ..), with i times
+/// b.
 template <class Point>
 std::vector<Point> bezier_points(int degree, std::span<const double> knots, std::span<const std::size_t> spans,
                                  std::span<const Point> control_points) {
@@ -57,32 +58,32 @@ std::vector<Point> bezier_points(int degree, std::span<const double> knots, std:
         result.insert(result.end(), control_points.begin() + static_cast<std::ptrdiff_t>(k - p),
                       control_points.begin() + static_cast<std::ptrdiff_t>(k + 1));
         Point* piece = &result[s * (p + 1)];
-        for (std::size_t inserted = 1; inserted < p; ++inserted) {  // a, in place of the knots before it
+        for (std::size_t inserted = 1; inserted < p; ++inserted) {  // a replaces the knots before it
             for (std::size_t i = 0; i + inserted < p; ++i) {
                 const double low = knots[k - p + i + inserted], high = knots[k + i + 1];
                 piece[i] = mix(piece[i], piece[i + 1], (a - low) / (high - low));
             }
         }
-        for (std::size_t inserted = 1; inserted < p; ++inserted) {  // b, in place of the knots after it
+        for (std::size_t inserted = 1; inserted < p; ++inserted) {  // b replaces the knots after it
             for (std::size_t i = p; i > inserted; --i) {
                 piece[i] = mix(piece[i - 1], piece[i], (b - a) / (knots[k + i - inserted + 1] - a));
             }
         }
-        // A knot of multiplicity up to p joins its pieces, which round differently.
+        // Pieces joined by a knot of multiplicity up to p round differently: share the end.
         if (s > 0 && k - spans[s - 1] <= p) piece[0] = piece[-1];
     }
-    // Closed curves with unclamped knots, too.
+    // Also for closed curves with unclamped knots.
     if (!result.empty() && nearly_equal(result.front(), result.back())) result.back() = result.front();
     return result;
 }
 
-/// The control points of the part from a to b of a Bezier curve, `step` apart, blossom by blossom: each end depends on its
-/// own parameter alone, so parts that meet share their ends to the bit.
+/// The control points of the part from a to b of a Bezier curve, `step` apart, by blossoms. Each end depends on its own
+/// parameter alone, so adjacent parts share their ends to the bit.
 template <class Point>
 void part_points(std::span<const Point> control_points, double a, double b, Point* result, std::size_t step = 1) {
     std::array<Point, max_degree + 1> at_a, at_b;
     for (std::size_t i = 0; i < control_points.size(); ++i) at_a[i] = control_points[i];
-    for (std::size_t j = control_points.size(); j-- > 0;) {  // at_a[0..j] has had a put in, j times b are left
+    for (std::size_t j = control_points.size(); j-- > 0;) {  // at_a[0..j] has one more a, and j times b remain
         for (std::size_t i = 0; i <= j; ++i) at_b[i] = at_a[i];
         for (std::size_t count = j; count > 0; --count) {
             for (std::size_t i = 0; i < count; ++i) at_b[i] = mix(at_b[i], at_b[i + 1], b);
@@ -92,8 +93,7 @@ void part_points(std::span<const Point> control_points, double a, double b, Poin
     }
 }
 
-/// Maps each row of a grid, `size` points, and turns the grid over its diagonal. Done twice, this maps the rows, then
-/// the columns.
+/// Maps each row of a grid, `size` points, and transposes the grid. Applied twice, it maps the rows, then the columns.
 template <class Map>
 std::vector<Homogeneous<3>> map_rows_and_turn(std::span<const Homogeneous<3>> grid, std::size_t size, Map map) {
     const std::size_t rows = grid.size() / size;
@@ -126,7 +126,7 @@ BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::
         double saved = 0;
         for (std::size_t r = 0; r < j; ++r) {
             ndu[j][r] = knots[span + r + 1] - knots[span + 1 + r - j];
-            // Shares of the span come first: they are at most 1, however close its knots.
+            // Fractions of the span first: they are at most 1, however close the knots.
             ndu[r][j] = saved + right[r + 1] / ndu[j][r] * ndu[r][j - 1];
             saved = left[j - r] / ndu[j][r] * ndu[r][j - 1];
         }
@@ -138,7 +138,7 @@ BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::
     for (std::size_t k = 1; k <= static_cast<std::size_t>(std::min(order, degree)); ++k) {
         auto& row = result[k];
         for (std::size_t j = 0; j <= p - k; ++j) row[j] = ndu[j][p - k];
-        for (std::size_t d = p - k + 1; d <= p; ++d) {  // one derivative and one degree more: equation 2.7
+        for (std::size_t d = p - k + 1; d <= p; ++d) {  // one derivative and one degree at a time: equation 2.7
             double saved = 0;
             for (std::size_t j = 0; j < d; ++j) {
                 const double slope = static_cast<double>(d) * row[j] / ndu[d][j];
@@ -159,7 +159,7 @@ std::vector<std::array<double, 3>> surface_derivatives(const NurbsSurface& surfa
     const auto p = static_cast<std::size_t>(surface.degree_u), q = static_cast<std::size_t>(surface.degree_v);
     const std::size_t n = static_cast<std::size_t>(order) + 1;
 
-    // A3.6: the derivatives of the homogeneous surface, which are zero above its degrees.
+    // A3.6: the derivatives of the homogeneous surface; zero above its degrees.
     std::vector<Homogeneous<3>> homogeneous(n * n);
     for (std::size_t l = 0; l < n && l <= q; ++l) {
         std::array<Homogeneous<3>, max_degree + 1> column{};
@@ -260,7 +260,7 @@ BezierCurve<N> part(const BezierCurve<N>& curve, double a, double b) {
 BezierPatch part(const BezierPatch& patch, double a_u, double b_u, double a_v, double b_v) {
     const auto size_u = static_cast<std::size_t>(patch.degree_u) + 1;
     const auto size_v = static_cast<std::size_t>(patch.degree_v) + 1;
-    std::array<Homogeneous<3>, (max_degree + 1) * (max_degree + 1)> columns;  // of the parts of rows
+    std::array<Homogeneous<3>, (max_degree + 1) * (max_degree + 1)> columns;  // of the rows' parts
     const std::span<const Homogeneous<3>> points = patch.control_points;
     for (std::size_t i = 0; i < size_u; ++i) part_points(points.subspan(i * size_v, size_v), a_v, b_v, &columns[i], size_u);
     BezierPatch result{std::lerp(patch.low_u, patch.high_u, a_u), std::lerp(patch.low_u, patch.high_u, b_u),

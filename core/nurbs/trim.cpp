@@ -1,9 +1,10 @@
-// Rays in the direction of u are crossed an odd number of times by the loops around their origin (Schollmeyer and
-// Froehlich, "Direct Trimming of NURBS Surfaces on the GPU", 2009, who take v for u): the curves are cut into Bezier
-// pieces that are monotone in u and in v. If its origin is outside a piece's box, the piece's ends alone show how often
-// a ray crosses it; and since the pieces of a run share their ends, the same holds for the ends of a run, whatever it
-// does in between. So a tree of runs leaves only the few pieces whose boxes contain the origin to be examined, and
-// takes no more memory than the pieces.
+// Trimming by ray crossings. A point is inside if the loops cross its ray in the direction of u an odd number of times
+// (Schollmeyer and Froehlich, "Direct Trimming of NURBS Surfaces on the GPU", 2009, with v for u).
+//
+// The curves are cut into Bezier pieces that are monotone in u and in v. If a point is outside a piece's box, the
+// piece's ends alone determine its crossings. Pieces of a run share their ends, so the same holds for the ends of a
+// run, whatever its shape between them. A tree of runs therefore leaves only the few pieces with boxes around the point
+// to examine, and its memory is proportional to the pieces.
 
 #include "nurbs/trim.h"
 
@@ -17,16 +18,16 @@
 namespace bob {
 namespace {
 
-// In sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision); where hits lie on the border,
-// they are off by less. So curves near it are moved clearly beyond both.
+// In sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision); hits on the border are off by
+// less. Curves near it are moved clearly past both.
 constexpr double near_border = 1e-6, beyond_border = 1e-3;
-// In sizes of the domain: ends that lie closer together are taken for one.
+// In sizes of the domain: ends closer than this are equal.
 constexpr double closed = 1e-9;
 
-using Points = std::vector<Homogeneous<2>>;  // of a Bezier curve
+using Points = std::vector<Homogeneous<2>>;  // control points of a Bezier curve
 using Point = std::array<double, 2>;
 
-/// The nearest floats that are not above, or not below, a number.
+/// The nearest floats not above, or not below, a number.
 float float_below(double x) {
     const auto nearest = static_cast<float>(x);
     return nearest <= x ? nearest : std::nextafter(nearest, -HUGE_VALF);
@@ -50,11 +51,11 @@ constexpr auto binomials = [] {
 struct Polynomial {
     std::size_t degree;
     std::array<double, max_turn_degree + 1> bernstein;
-    double noise;  // values below it may be rounding errors
+    double noise;  // smaller values may be rounding errors
 };
 
-/// Appends the roots in low..high, which the polynomial's parameters 0..1 stand for. There may be some where the signs
-/// of its coefficients change (Descartes' rule in Bernstein form); it is cut in halves there until those are tiny.
+/// Appends the roots of a polynomial with parameters 0..1, mapped to low..high. Roots are possible where the signs of
+/// its coefficients change (Descartes' rule in Bernstein form); it is halved there until the interval is tiny.
 void append_roots(Polynomial f, double low, double high, std::vector<double>& roots) {
     double last = 0;
     bool changes = false;
@@ -66,7 +67,7 @@ void append_roots(Polynomial f, double low, double high, std::vector<double>& ro
     }
     if (!changes) return;
     const double middle = (low + high) / 2;
-    // A cut this far from where the curve turns leaves a piece that goes back by 1e-20 of its size.
+    // A cut this close to a turning point leaves a piece that reverses by 1e-20 of its size.
     if (high - low < 1e-10) {
         roots.push_back(middle);
         return;
@@ -81,10 +82,10 @@ void append_roots(Polynomial f, double low, double high, std::vector<double>& ro
     append_roots(f, middle, high, roots);
 }
 
-/// Appends the parameters where a coordinate x = X / W of a curve turns: roots of X' W - X W'.
+/// Appends the parameters of turning points of a curve's coordinate x = X / W. They are roots of X' W - X W'.
 void append_turns(const Points& points, std::size_t axis, std::vector<double>& turns) {
     const std::size_t p = points.size() - 1;
-    // Counted from the first point, X is as small as the curve, and so are rounding errors.
+    // Relative to the first point, X is as small as the curve, and so are rounding errors.
     const double origin = euclidean(points[0])[axis];
     const auto x = [&](std::size_t i) { return points[i][axis] - origin * points[i][2]; };
     double largest = 0, heaviest = 0;
@@ -102,7 +103,7 @@ void append_turns(const Points& points, std::size_t axis, std::vector<double>& t
     append_roots(f, 0, 1, turns);
 }
 
-/// Appends what is left of a curve when it is cut so that each piece is monotone in u and in v.
+/// Appends the parts of a curve between cuts that make each piece monotone in u and in v.
 void append_monotone(const BezierCurve<2>& curve, std::vector<Points>& pieces) {
     if (curve.degree() == 1) {
         pieces.push_back(line(euclidean(curve.control_points[0]), euclidean(curve.control_points[1])));
@@ -125,7 +126,7 @@ void append_monotone(const BezierCurve<2>& curve, std::vector<Points>& pieces) {
     }
 }
 
-/// Moves a curve that runs along the domain's border outside, where it becomes a line. Returns whether it does.
+/// Moves a curve along the domain's border outside, as a line. Returns whether it was on the border.
 bool move_outside(Points& points, const Domain& domain) {
     const std::array<std::array<double, 2>, 2> border{{{domain.low_u, domain.high_u}, {domain.low_v, domain.high_v}}};
     Point start = euclidean(points.front()), end = euclidean(points.back());
@@ -147,7 +148,7 @@ bool move_outside(Points& points, const Domain& domain) {
     return moved;
 }
 
-/// The pieces of a loop, each monotone in u and in v, and the lines between them.
+/// The pieces of a loop, each monotone in u and in v, and the lines that close gaps.
 std::vector<Points> loop_pieces(const TrimLoop& loop, const Domain& domain) {
     std::vector<Points> open;
     for (const NurbsCurve<2>& curve : loop) {
@@ -188,7 +189,7 @@ public:
         if (pieces.empty()) return;
         const std::size_t first = leaves_.size();
         for (const Points& points : pieces) leaves_.push_back(leaf(points));
-        // A piece ends at the height where the next one starts, to the bit: no ray passes between them or meets both.
+        // A piece ends exactly at the height of the next one's start: no ray passes between them or crosses both.
         for (std::size_t i = first; i < leaves_.size(); ++i) {
             Node& node = leaves_[i];
             node.end_v = leaves_[i + 1 < leaves_.size() ? i + 1 : first].start_v;
@@ -233,7 +234,7 @@ private:
         return node;
     }
 
-    /// A node of the leaves first..last - 1, which follow each other along a loop.
+    /// A node for the leaves first..last - 1, consecutive along a loop.
     [[nodiscard]] Node enclose(std::size_t first, std::size_t last) const {
         Node node = leaves_[first];
         for (std::size_t i = first + 1; i < last; ++i) extend(node, leaves_[i]);
@@ -260,7 +261,7 @@ private:
     void build_run(std::size_t first, std::size_t last) {
         if (last - first == 1) return append(leaves_[first], [] {});
         append(enclose(first, last), [&] {
-            // Deeper trees take as long to search, and more memory.
+            // Deeper trees need the same search time, and more memory.
             const std::size_t step = last - first <= 4 ? 1 : (last - first + 1) / 2;
             for (std::size_t i = first; i < last; i += step) build_run(i, std::min(i + step, last));
         });
@@ -302,7 +303,7 @@ bool TrimRegion::contains(double u, double v) const {
     bool inside = everything_;
     for (std::size_t i = 0; i < nodes_.size();) {
         const Node& node = nodes_[i];
-        if (!(u < node.high_u && node.low_v <= v && v < node.high_v)) {  // so is what is NaN
+        if (!(u < node.high_u && node.low_v <= v && v < node.high_v)) {  // also if NaN
             i = node.next;
         } else if (u < node.low_u) {
             inside ^= node.crosses(v);
@@ -341,9 +342,9 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
         return leaf.rational ? Point{x / w, y / w} : Point{x, y};
     };
 
-    // Between the parameters a and b the piece reaches height v. As it is monotone, it is right of u there if it is so
-    // at both. They are drawn together by regula falsi in its Illinois form (the value of an end that stays is halved),
-    // and each fourth time by half, for pieces on which that is slow: 53 halves are all that a double has.
+    // The piece reaches height v between the parameters a and b. It is monotone: if it is right of u at both, it is
+    // right of u at v. The bracket shrinks by regula falsi in its Illinois form (the value of a retained end is
+    // halved). Every fourth step bisects, for pieces where that is slow: 53 halvings exhaust a double.
     double a = 0, b = 1, value_a = leaf.start_v - v, value_b = leaf.end_v - v;
     const bool rising = value_a < value_b;
     bool right_a = start_u > u, right_b = end_u > u;
@@ -369,8 +370,8 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
 }
 
 bool TrimRegion::passes(const Node& leaf, const Domain& r) const {
-    // It passes by on one side of the rectangle if the corner that is nearest to it there does not reach it. A corner
-    // outside of the piece's box does, or the rectangle would not overlap the box.
+    // The piece passes on one side of the rectangle if it does not reach the nearest corner there. Corners outside the
+    // piece's box are reached, or the rectangle would not overlap the box.
     const auto [start_u, end_u] = ends_u(leaf);
     const bool rising = (start_u < end_u) == (leaf.start_v < leaf.end_v);
     const bool low_inside = r.low_v > std::min(leaf.start_v, leaf.end_v);
@@ -407,7 +408,7 @@ Domain TrimRegion::extent(const Domain& rectangle, std::size_t* visited) const {
         found.low_u = std::min(found.low_u, u), found.high_u = std::max(found.high_u, u);
         found.low_v = std::min(found.low_v, v), found.high_v = std::max(found.high_v, v);
     };
-    // What is inside reaches farthest at a curve, or at a corner of the rectangle.
+    // The inside is widest at a curve, or at a corner of the rectangle.
     for (std::size_t i = 0; i < nodes_.size();) {
         const Node& node = nodes_[i];
         if (visited) ++*visited;

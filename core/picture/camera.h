@@ -1,5 +1,5 @@
-/// The camera, orthographic or in perspective, and its projection: the only place that knows how pixels and points of the
-/// scene belong together.
+/// The camera, orthographic or perspective, and its projection: the only place that maps between pixels and points of
+/// the scene.
 #pragma once
 
 #include <algorithm>
@@ -15,31 +15,31 @@
 
 namespace bob {
 
-/// Where a camera stands that does not orbit, and where it looks, in the coordinates of the unit sphere.
+/// Position and view direction of a camera that does not orbit, in the coordinates of the unit sphere.
 struct Standpoint {
     std::array<double, 3> position{}, target{};
-    std::array<double, 3> up{0, 0, 1};  // not along the line of sight; of any length
+    std::array<double, 3> up{0, 0, 1};  // not parallel to the line of sight; of any length
 
     bool operator==(const Standpoint&) const = default;
 };
 
 /// A camera that orbits the unit sphere, or stands anywhere. viewer/picture/camera.js has the numbers in this order.
 struct Camera {
-    float azimuth_degrees = 30;   // 0 looks along -x from +x, growing anticlockwise seen from +z
+    float azimuth_degrees = 30;   // 0 looks along -x from +x; grows anticlockwise seen from +z
     float elevation_degrees = 20; // 90 looks straight down
-    float roll_degrees = 0;       // turns the camera anticlockwise about its line of sight: the picture turns clockwise
-    float zoom = 1;               // enlarges the picture about its centre; at 1 an orbiting camera fits the unit sphere
-    float pan_x = 0, pan_y = 0;   // how far the camera, and all that it looks at, is moved right and up, in radii
-    float fov_degrees = 0;        // the angle of the picture's height at zoom 1; 0 is orthographic
-    std::optional<Standpoint> standpoint{};  // instead of azimuth and elevation, with a fov above 0
+    float roll_degrees = 0;       // rotates the camera anticlockwise about its line of sight: the picture rotates clockwise
+    float zoom = 1;               // enlarges the picture about its centre; at 1 the unit sphere fits an orbiting camera
+    float pan_x = 0, pan_y = 0;   // translation of camera and target to the right and up, in radii
+    float fov_degrees = 0;        // vertical angle of the picture at zoom 1; 0 is orthographic
+    std::optional<Standpoint> standpoint{};  // replaces azimuth and elevation; needs a fov above 0
 
     bool operator==(const Camera&) const = default;
 };
 
 /// A camera and the size of its picture: from pixels to rays, and from points back to pixels and depths.
 ///
-/// An orthographic camera that orbits fits the unit sphere exactly into the shorter side of the picture at zoom 1. One in
-/// perspective stands where it does so too.
+/// At zoom 1, an orbiting orthographic camera fits the unit sphere exactly into the shorter side of the picture. A
+/// perspective camera stands at the distance where it does so too.
 class Projection {
 public:
     Projection(const Camera& camera, int height, int width)
@@ -57,11 +57,11 @@ public:
         if (in_perspective_) stand(camera, height, width);
     }
 
-    /// The ray through a pixel's centre, from where the camera stands, or from just before it enters the unit sphere if that
-    /// is later; false where it passes the sphere by.
+    /// The ray through a pixel's centre. It starts at the camera or just before the unit sphere, whichever is later.
+    /// False if it misses the sphere.
     [[nodiscard]] bool ray(Pixel pixel, Ray& ray) const { return this->ray(static_cast<float>(pixel.row), static_cast<float>(pixel.column), ray); }
 
-    /// The same through any place in the picture.
+    /// The ray through any place in the picture.
     [[nodiscard]] bool ray(float row, float column, Ray& ray) const {
         if (in_perspective_) return ray_from_eye(direction(row, column), ray);
         const float x = x_of(column), y = y_of(row);
@@ -72,17 +72,17 @@ public:
         return true;
     }
 
-    /// The line of sight through a place in the picture, in front of the camera, wherever the scene is: from the eye, or from a plane
-    /// before the unit sphere.
+    /// The line of sight through a place in the picture, for any scene. It starts at the eye, or from a plane in front
+    /// of the unit sphere.
     [[nodiscard]] Ray line(float row, float column) const {
         if (in_perspective_) return {rounded(eye_), rounded(direction(row, column))};
         return {x_of(column) * right_ + y_of(row) * up_ + 2 * toward_, -toward_};
     }
 
-    /// Where a point of the scene is seen.
+    /// The projection of a point.
     struct Seen {
-        float row, column;  // pixels' centres are at whole numbers; NaN where the point is not in front of the camera
-        float depth;        // 1 where the unit sphere is nearest the camera, 0 where it is farthest
+        float row, column;  // pixel centres are integers; NaN if the point is not in front of the camera
+        float depth;        // 1 at the unit sphere's nearest point, 0 at its farthest
     };
     [[nodiscard]] Seen seen(Vec3 point) const {
         if (in_perspective_) {
@@ -95,7 +95,7 @@ public:
         const float x = bob::dot(point, right_) - pan_x_, y = bob::dot(point, up_) - pan_y_;
         return {0.5f * rows_ - 0.5f - y / pixel_, x / pixel_ - 0.5f + 0.5f * columns_, depth(point)};
     }
-    /// The point that is seen there: the inverse of `seen`.
+    /// The point with this projection: the inverse of `seen`.
     [[nodiscard]] Vec3 point(float row, float column, float depth) const {
         if (in_perspective_) {
             const double distance = nearest_ + (1 - static_cast<double>(depth)) * range_;
@@ -104,7 +104,7 @@ public:
         }
         return x_of(column) * right_ + y_of(row) * up_ + (2 * depth - 1) * toward_;
     }
-    /// Along the line of sight; in perspective by the distance from the camera.
+    /// Along the line of sight; in perspective, by the distance from the camera.
     [[nodiscard]] float depth(Vec3 point) const {
         if (in_perspective_) {
             const Axis from_eye = {point.x - eye_[0], point.y - eye_[1], point.z - eye_[2]};
@@ -114,19 +114,19 @@ public:
         return std::clamp(0.5f + 0.5f * bob::dot(point, toward_), 0.f, 1.f);
     }
 
-    /// The same of points at any distance, above 1 before the unit sphere and below 0 behind it.
+    /// Depth without clamping: above 1 in front of the unit sphere, below 0 behind it.
     [[nodiscard]] float unbounded_depth(Vec3 point) const {
         if (!in_perspective_) return 0.5f + 0.5f * bob::dot(point, toward_);
         const Axis from_eye = {point.x - eye_[0], point.y - eye_[1], point.z - eye_[2]};
         return static_cast<float>(1 - (std::sqrt(dot(from_eye, from_eye)) - nearest_) / range_);
     }
 
-    /// A direction of the scene in the screen space of a place in the picture: x right, y up, z towards the camera along the
-    /// ray through that place. In perspective these are the camera's axes, turned the shortest way.
+    /// A direction in the screen space of a place in the picture. Axes: x right, y up, z towards the camera along the
+    /// ray through that place. In perspective these are the camera's axes, rotated by the smallest angle.
     [[nodiscard]] Vec3 on_screen(Vec3 direction, float row, float column) const {
         return turned({bob::dot(direction, right_), bob::dot(direction, up_), bob::dot(direction, toward_)}, row, column);
     }
-    /// Its inverse.
+    /// The inverse of `on_screen`.
     [[nodiscard]] Vec3 in_scene(Vec3 direction, float row, float column) const {
         if (in_perspective_) {
             const Vec3 eye = toward_eye(row, column);
@@ -134,7 +134,7 @@ public:
         }
         return direction.x * right_ + direction.y * up_ + direction.z * toward_;
     }
-    /// The same of a direction along the camera's own axes, which are those of every place but in perspective.
+    /// A direction in the camera's axes, to the screen space of a place; the two differ only in perspective.
     [[nodiscard]] Vec3 turned(Vec3 direction, float row, float column) const {
         return in_perspective_ ? turn(direction, toward_eye(row, column)) : direction;
     }
@@ -144,7 +144,7 @@ public:
         if (!in_perspective_) return pixel_;
         return static_cast<float>((nearest_ + (1 - static_cast<double>(depth)) * range_) * slope_);
     }
-    /// The same as a difference of depths.
+    /// The side of a pixel as a difference of depths.
     [[nodiscard]] float pixel_side(float depth) const {
         if (!in_perspective_) return 0.5f * pixel_;
         return static_cast<float>((nearest_ / range_ + (1 - static_cast<double>(depth))) * slope_);
@@ -175,7 +175,7 @@ private:
         return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
     }
 
-    // The camera's axes before it is rolled.
+    // The camera's axes before the roll.
     void orbit(const Camera& camera, Axis& x, Axis& y) {
         const double a = camera.azimuth_degrees * degree, e = camera.elevation_degrees * degree;
         x = {-std::sin(a), std::cos(a), 0};
@@ -189,7 +189,7 @@ private:
         y = cross(toward_in_double_, x);
     }
 
-    /// Puts a camera in perspective in its place.
+    /// Positions a perspective camera.
     void stand(const Camera& camera, int height, int width) {
         const double high = std::tan(0.5 * camera.fov_degrees * degree), rows = height;
         slope_ = 2 * high / (camera.zoom * rows);
@@ -205,7 +205,7 @@ private:
     }
 
     bool ray_from_eye(const Axis& d, Ray& ray) const {
-        const double before = -dot(eye_, d);  // from the eye to where the ray is nearest the sphere's centre
+        const double before = -dot(eye_, d);  // from the eye to the ray's nearest point to the sphere's centre
         const Axis middle{eye_[0] + before * d[0], eye_[1] + before * d[1], eye_[2] + before * d[2]};
         const double z2 = 1 - dot(middle, middle);
         if (z2 < -start_margin) return false;
@@ -216,13 +216,13 @@ private:
         return true;
     }
 
-    // Where a place in the picture lies: in radii right of and above the sphere's centre, and in perspective at a distance of 1.
+    // A place in the picture, in radii right of and above the sphere's centre. In perspective, at a distance of 1.
     [[nodiscard]] float x_of(float column) const { return (column + 0.5f - 0.5f * columns_) * pixel_ + pan_x_; }
     [[nodiscard]] float y_of(float row) const { return (0.5f * rows_ - 0.5f - row) * pixel_ + pan_y_; }
     [[nodiscard]] double across(float column) const { return (column + 0.5 - 0.5 * columns_) * slope_; }
     [[nodiscard]] double above(float row) const { return (0.5 * rows_ - 0.5 - row) * slope_; }
 
-    /// From the eye through a place in the picture, at length 1.
+    /// The unit direction from the eye through a place in the picture.
     [[nodiscard]] Axis direction(float row, float column) const {
         const double x = across(column), y = above(row), scale = 1 / std::sqrt(1 + x * x + y * y);
         Axis result;
@@ -231,13 +231,13 @@ private:
         }
         return result;
     }
-    /// The way back, along the camera's axes.
+    /// The opposite direction, in the camera's axes.
     [[nodiscard]] Vec3 toward_eye(float row, float column) const {
         const double x = across(column), y = above(row), scale = 1 / std::sqrt(1 + x * x + y * y);
         return rounded({-x * scale, -y * scale, scale});
     }
 
-    /// Turns a direction as `from`, a unit vector of z >= 0, is turned to (0, 0, 1) the shortest way.
+    /// Applies the smallest rotation that takes `from`, a unit vector with z >= 0, to (0, 0, 1).
     static Vec3 turn(Vec3 direction, Vec3 from) {
         const float along = bob::dot(direction, from), k = (direction.z + along) / (1 + from.z);
         return {direction.x - k * from.x, direction.y - k * from.y, along};
@@ -245,17 +245,17 @@ private:
 
     static constexpr double degree = 3.14159265358979323846 / 180;
     static constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
-    // Rays start outside the unit sphere by this much, so that surfaces on it are in front of them.
+    // Rays start outside the unit sphere by this distance, so that surfaces on the sphere are in front of them.
     static constexpr float start_margin = 1e-3f;
 
     Vec3 right_, up_, toward_;  // the camera's axes in the scene
     float rows_, columns_;
     bool in_perspective_;
-    float pixel_;  // its side, in radii of the unit sphere
+    float pixel_;  // side, in radii of the unit sphere
     float pan_x_, pan_y_;
     Axis right_in_double_, up_in_double_, toward_in_double_;
-    // In perspective alone: the side of a pixel at a distance of 1, where the camera stands, the distance from there to the
-    // nearest point of the unit ball, and from that to the farthest.
+    // In perspective only: the side of a pixel at a distance of 1, and the eye. Then its distance from the nearest
+    // point of the unit ball, and from there to the farthest.
     double slope_ = 0;
     Axis eye_{};
     double nearest_ = 0, range_ = 0;

@@ -1,4 +1,4 @@
-/// Channels: what is known of a pixel, each declared once, and the layouts that list them.
+/// Channels of a pixel, each declared once, and layouts that list them.
 #pragma once
 
 #include <algorithm>
@@ -18,52 +18,53 @@ struct Channel {
     std::string_view name;
     int components;
     float low, high;   // range of the values
-    float missed = 0;  // the value of all components where a ray missed, unless what is there is seen
-    bool seen = false; // also of what lies behind all surfaces, which may shine: a sample's own value where its ray missed
+    float missed = 0;  // value of all components for a miss, unless `seen`
+    bool seen = false; // also visible behind all surfaces, which may shine: a miss keeps its sample's value
 
     bool operator==(const Channel& other) const { return name == other.name; }
 };
 
 namespace channels {
 
-/// 1 where a ray was traced. In a sample it says instead whether the ray hit.
+/// 1 where a ray was traced. In a sample, 1 for a hit and 0 for a miss.
 inline constexpr Channel mask{"mask", 1, 0, 1};
 /// Blinn-Phong shade, display-referred.
 inline constexpr Channel gray{"gray", 1, 0, 1, 0, true};
-/// 1 at the point of the unit sphere nearest the camera, 0 at the farthest.
+/// 1 at the unit sphere's nearest point to the camera, 0 at its farthest.
 inline constexpr Channel depth{"depth", 1, 0, 1};
-/// x right and y up, in screen space; of unit length together with a z >= 0 towards the camera.
+/// x right and y up, in screen space; z >= 0 towards the camera completes it to unit length.
 inline constexpr Channel normal{"normal", 2, -1, 1};
 
 /// Linear RGB, display-referred; gray is its luminance.
 inline constexpr Channel color{"color", 3, 0, 1, 0, true};
-/// Linear RGB of the surface itself: what the light is multiplied by.
+/// Linear RGB reflectance of the surface: the factor of the light.
 inline constexpr Channel albedo{"albedo", 3, 0, 1};
 /// 1 where a surface was hit.
 inline constexpr Channel alpha{"alpha", 1, 0, 1};
 
-/// Which of the scene's instances was hit: its place in the canonical order.
+/// The instance that was hit, as its index in the canonical order.
 inline constexpr Channel instance{"instance", 1, 0, 100000};
 
-/// How much light the ground lacks that a scene casts its shadow on, of the share of a pixel that shows it.
+/// Shadow of a scene on the ground. It is the missing share of light, times the share of the pixel that shows the
+/// ground.
 inline constexpr Channel shadow{"shadow", 1, 0, 1, 0, true};
 
-/// How uncertain the gray is, of tracers that draw at random: the variance of its mean; 0 where it is exact.
+/// Variance of the mean gray, for stochastic tracers; 0 where it is exact.
 inline constexpr Channel variance{"variance", 1, 0, std::numeric_limits<float>::infinity(), 0, true};
 
 inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance, shadow, variance};
 
 }  // namespace channels
 
-/// Of the two components of the channel `normal`.
+/// From the two components of the channel `normal`.
 inline Vec3 whole_normal(float x, float y) { return {x, y, std::sqrt(std::max(0.f, 1 - x * x - y * y))}; }
 
-/// Which channels an array holds, in which order: planes (width, H, W), or samples (n, width).
+/// The channels of an array, in order: planes (width, H, W), or samples (n, width).
 class Layout {
 public:
     Layout(std::initializer_list<Channel> channels) : channels_(channels) {}
 
-    /// From names with commas between them. Throws std::invalid_argument if there is no such channel.
+    /// From names separated by commas. Throws std::invalid_argument if a channel does not exist.
     explicit Layout(std::string_view names) {
         for (std::size_t begin = 0; begin <= names.size();) {
             const std::size_t end = std::min(names.find(',', begin), names.size());
@@ -88,14 +89,14 @@ public:
         return result;
     }
 
-    /// Components of all channels.
+    /// Number of components of all channels.
     [[nodiscard]] int width() const {
         int sum = 0;
         for (const Channel& channel : channels_) sum += channel.components;
         return sum;
     }
 
-    /// Where a channel's first component is, or -1 where the layout lacks it.
+    /// The index of a channel's first component, or -1 if the layout lacks it.
     [[nodiscard]] int place(const Channel& wanted) const {
         int at = 0;
         for (const Channel& channel : channels_) {
@@ -105,7 +106,7 @@ public:
         return -1;
     }
 
-    /// The same, of a channel that must be there: throws std::invalid_argument.
+    /// The same for a required channel: throws std::invalid_argument.
     [[nodiscard]] int place_of(const Channel& wanted) const {
         const int at = place(wanted);
         if (at < 0) {
@@ -115,7 +116,7 @@ public:
         return at;
     }
 
-    /// Where a ray missed: the value of each component.
+    /// The value of each component for a miss.
     [[nodiscard]] std::vector<float> missed() const {
         std::vector<float> values;
         for (const Channel& channel : channels_) {
@@ -135,19 +136,19 @@ private:
     std::vector<Channel> channels_;
 };
 
-/// What the tracer finds at a pixel, and a G-buffer holds. The mask comes first.
+/// The channels of a G-buffer, mask first.
 inline const Layout& gbuffer_layout() {
     static const Layout layout{channels::mask, channels::gray, channels::depth, channels::normal};
     return layout;
 }
 
-/// The same of scenes with colours: what reads the layout above from planes of this one finds its own.
+/// The same for scenes with colours; planes of this layout begin with planes of the one above.
 inline const Layout& colored_layout() {
     static const Layout layout{channels::mask, channels::gray, channels::depth, channels::normal, channels::color};
     return layout;
 }
 
-/// What else a moving camera remembers, to shade anew what another one has seen: behind one of the layouts above.
+/// The layouts above, followed by the channels that shading a reprojected picture needs.
 inline const Layout& remembered_layout(bool is_colored) {
     static const Layout gray{channels::mask, channels::gray, channels::depth, channels::normal, channels::instance};
     static const Layout colored{channels::mask, channels::gray, channels::depth, channels::normal,

@@ -15,40 +15,42 @@
 namespace bob {
 namespace {
 
-/// Discs are at most so large, in pixels, and of so many sample distances. Those of five pixels stand for all smaller ones.
+/// Maximum disc radius in pixels, and disc radius per distance between samples. From the squared radius `far_squared`
+/// on, discs are splatted individually. The disc of five pixels replaces all smaller ones.
 constexpr int most_radius = BorderedGrid::border;
 constexpr float radius_per_distance = 1.3f;
 constexpr std::uint32_t far_squared = 3;
 
-/// Samples are counted in blocks of so many pixels a side.
+/// Samples are counted in blocks of `block` x `block` pixels.
 constexpr std::uint32_t block = 8;
 
-/// Where emptiness was is found for every so many pixels across and down, and lies on straight lines between.
+/// The motion of the background is computed every `piece` pixels across and down, and interpolated linearly.
 constexpr std::uint32_t piece = WasEmpty::piece;
 
-/// A share of the way that a point moved: as far around it, nothing is known to be empty any more.
+/// Within this share of a point's screen motion around it, the background is no longer certain.
 constexpr float overrun_share = 0.5f;
 
-/// Where fewer of the points in the picture are not turned away or hidden, the camera has jumped: what it sees now is new.
+/// The camera has jumped if fewer of the points in the picture face it unoccluded: the history is discarded.
 constexpr float least_still_seen = 0.75f;
 
-/// Nor does it help to expect a smaller share of the picture.
+/// Minimum share of the picture with a reprojected sample; below it, reprojection does not help.
 constexpr float least_known = 1 / 16.f;
 
-/// The mean of the eighths in which centres of discs lie is shorter where a pixel is inside. Of all in one half it is .48.
+/// A pixel is inside a surface if the mean direction to the disc centres is shorter. The five directions of one half
+/// average to .48.
 constexpr float one_sided = 0.45f;
 
-/// Points are sorted out where more than this share of them is marked.
+/// Points are compacted if more than this share of them is marked.
 constexpr float most_marked = 0.3f;
 
-/// Discs of all sizes.
+/// Precomputed discs of all radii.
 struct Discs {
     static constexpr int across = 2 * most_radius + 1;
 
-    std::int32_t sides[across][2 * max_lanes]{};           // by row and column: the bit of the eighth in which the centre lies
-    std::int32_t half_widths[most_radius * most_radius + 1][across]{};  // by the radius, squared
-    std::int32_t is_inside[256]{};                          // by the sides on which centres lie, 0 or -1
-    std::array<std::uint8_t, block * block + 1> squared{};  // the radius by how much is known of a block
+    std::int32_t sides[across][2 * max_lanes]{};           // by row and column: the bit of the octant with the centre
+    std::int32_t half_widths[most_radius * most_radius + 1][across]{};  // by the squared radius
+    std::int32_t is_inside[256]{};                          // by the octants of centres, 0 or -1
+    std::array<std::uint8_t, block * block + 1> squared{};  // squared radius by the number of known pixels in a block
 
     Discs() {
         for (int down = -most_radius; down <= most_radius; ++down) {
@@ -122,7 +124,7 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
             if (channel == channels::gray || channel == channels::color) shade_components_.push_back(at);
         }
     }
-    (void)Planes<float>(layout_, nullptr, 0);  // throws where one is missing
+    (void)Planes<float>(layout_, nullptr, 0);  // throws if one is missing
     const std::size_t most = std::size_t{height} * width + max_lanes;
     columns_.assign(columns::carried + carried_components_.size(), Column(most));
     for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(most);
@@ -179,7 +181,7 @@ void History::add(const Camera& camera, const float* planes) {
             if (chosen != no_choice) mark(static_cast<std::size_t>(chosen_point(std::exchange(chosen, no_choice))));
             continue;
         }
-        // In the place of what was expected there.
+        // A traced sample replaces the reprojected one.
         if (chosen == no_choice) chosen = choice(0, static_cast<std::uint32_t>(count_++));
         const auto row = static_cast<float>(i / width_), column = static_cast<float>(i % width_);
         const Vec3 position = projection.point(row, column, traced.depth[i]);
@@ -197,7 +199,7 @@ void History::mark(std::size_t point) {
 }
 
 void History::drop(std::size_t most) {
-    // `cell_` says for each point whether it is expected, and then where it goes.
+    // `cell_` first marks the points in use, then holds their new positions.
     std::fill_n(cell_.begin(), count_, BorderedGrid::nowhere);
     std::size_t expected = 0;
     for (const Choice chosen : chosen_) {
@@ -373,7 +375,7 @@ void History::overrun(std::size_t point, const Projection& before) {
 }
 
 void History::see_back(const Projection& before, const Projection& projection) {
-    // Nothing says how far away emptiness is: it is taken to move as what lies at the middle of the scene.
+    // The depth of the background is unknown: it is reprojected at the depth of the scene's centre.
     was_row_.clear(), was_column_.clear();
     for (std::uint32_t row = 0; row < height_ + piece; row += piece) {
         for (std::uint32_t column = 0; column < width_ + piece; column += piece) {
@@ -384,7 +386,8 @@ void History::see_back(const Projection& before, const Projection& projection) {
 }
 
 void History::find_outside(const Projection& projection, std::uint32_t row, std::vector<std::uint8_t>& outside) {
-    // The sphere covers one part of a row: between places that are alike all are, unless that part is so short that it lies there.
+    // The sphere covers one interval of a row. Two equal samples bound a uniform stretch, unless the whole interval
+    // lies between them.
     const auto passes_by = [&](std::size_t column) {
         Ray ray;
         return static_cast<std::uint8_t>(!projection.ray({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)}, ray));
@@ -395,7 +398,7 @@ void History::find_outside(const Projection& projection, std::uint32_t row, std:
     for (std::size_t begin = 0; begin < outside.size(); begin += step) {
         const std::size_t end = std::min(begin + step, outside.size());
         const std::uint8_t ends = passes_by(end);
-        std::size_t changes = end;  // the first place that is as the end
+        std::size_t changes = end;  // the first place that equals the end
         for (std::size_t alike = begin; begins != ends && alike + 1 < changes;) {
             const std::size_t middle = (alike + changes) / 2;
             (passes_by(middle) == begins ? alike : changes) = middle;

@@ -5,7 +5,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// Surfaces that are seen more nearly edge-on are taken to be as steep as this.
+/// Lower bound of the normal's z: limits the slope of surfaces seen nearly edge-on.
 constexpr float least_normal_z = 0.3f;
 
 inline M load_integers(const std::int32_t* p) { return (M)load<F>(reinterpret_cast<const float*>(p)); }
@@ -18,7 +18,7 @@ inline M load_bytes(const std::uint8_t* p) {
     return __builtin_convertvector(bytes, M);
 }
 
-/// The first `count` bytes; behind a row begins the next one, which another thread may write.
+/// Loads the first `count` bytes; another thread may write those after the row.
 inline M load_bytes(const std::uint8_t* p, std::int32_t count) {
     if (count >= lanes) return load_bytes(p);
     std::uint8_t bytes[lanes]{};
@@ -33,7 +33,7 @@ inline F side(const Eye& eye, F depth) { return constant(eye.side_at_back) - dep
 /// Points whose depths differ by less belong to one surface.
 inline F tolerance(const Eye& eye, F depth) { return constant(same_surface) * side(eye, depth); }
 
-/// Of some choices, the points and the distances.
+/// The points and squared distances of a vector of choices.
 struct Chosen {
     M point;
     F off_center;
@@ -45,9 +45,9 @@ struct Chosen {
     }
 };
 
-/// Points from the eye along the camera's axes, and where they are seen.
+/// Points relative to the eye along the camera's axes, and their projections.
 struct Places {
-    Vector3 from_eye;  // z is the distance before it
+    Vector3 from_eye;  // z: distance in front of the eye
     F row, column, distance;
 
     Places(const Eye& eye, const Vector3& point)
@@ -63,7 +63,7 @@ struct Places {
 
     [[nodiscard]] F depth(const Eye& eye) const { return min(max(constant(eye.depth_at_eye) - distance * constant(eye.depth_per_radius), F{}), constant(1)); }
 
-    /// A direction of the scene in screen space, as `Projection::on_screen` has it.
+    /// Transforms a direction from the scene to screen space, as `Projection::on_screen`.
     [[nodiscard]] Vector3 on_screen(const Eye& eye, const Vector3& direction) const {
         const Vector3 axes{dot(direction, eye.right), dot(direction, eye.up), dot(direction, eye.toward)};
         if (!eye.in_perspective) return axes;
@@ -86,7 +86,7 @@ std::size_t see(const Eye& eye, const BorderedGrid& cells, PointsIn<const float>
     M in_picture{};
     for (std::size_t i = begin; i < end; i += lanes) {
         const Places at(eye, load_point(points, i));
-        const F row = at.row + half, column = at.column + half;  // NaN where there is no point
+        const F row = at.row + half, column = at.column + half;  // NaN for a marked point
         const M inside = (row >= F{}) & (row < rows) & (column >= F{}) & (column < columns) & (at.from_eye.z > F{}) &
                          (lane_numbers() < all(static_cast<std::int32_t>(end - i)));
         const Vector3 normal = at.on_screen(eye, load_normal(points, i));
@@ -115,7 +115,7 @@ void count(const float* depth, const std::uint8_t* empty, std::int32_t* counts, 
     }
 }
 
-/// Calls use(cell, depths of the disc's plane, sides) for all of a disc, row by row.
+/// Calls use(cell, depths of the disc's plane, sides) for all cells of a disc, row by row.
 template <class Use>
 inline void for_disc(const DiscRows& disc, const Surfaces& surfaces, std::int32_t cell, std::int32_t stride, Use use) {
     const float depth = surfaces.depth[cell], deeper_right = surfaces.deeper_right[cell], deeper_down = surfaces.deeper_down[cell];
@@ -145,7 +145,7 @@ void look_far(const Eye& eye, DiscRows disc, Surfaces surfaces, Covers covers, s
     });
 }
 
-/// Where the farthest cells are looked at last, what is hidden and what is inside.
+/// Finishes the cells: the occlusion threshold, and whether a cell is inside its surface.
 inline void end_cover_at(const Eye& eye, const Surfaces& surfaces, const Covers& covers, const std::int32_t* is_inside, std::int32_t to, F nearest, M sides) {
     const M inside = gather(is_inside, sides);
     const F depth = inside ? nearest : load<F>(surfaces.depth + to);
@@ -156,7 +156,7 @@ void cover(const Eye& eye, DiscRows disc, const std::int32_t* is_inside, Surface
            std::int32_t width, bool ends) {
     for (std::int32_t x = 0; x < width; x += lanes) {
         const std::int32_t to = first + x;
-        // From the cell itself, and from the cells left of it, right of it, above and below.
+        // The cell itself and its neighbours to the left, right, above and below.
         constexpr std::int32_t rights[] = {0, 1, -1, 0, 0}, downs[] = {0, 0, 0, 1, -1};
         F around[5], nearest = ends ? constant(-1) : load<F>(covers.nearest + to);
         BOB_UNROLL
@@ -205,7 +205,7 @@ void empty(WasEmpty was, const std::uint8_t* outside, const Choice* chosen, cons
     }
 }
 
-/// The last vector of a row would reach into the next one, which another thread may write.
+/// Stores a vector without writing past the row: the next row may belong to another thread.
 inline void put(float* row, std::int32_t x, F values, std::int32_t width) {
     if (x + lanes <= width) store(row + x, values);
     else std::memcpy(row + x, &values, sizeof(float) * static_cast<std::size_t>(width - x));
@@ -236,7 +236,7 @@ std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* em
 }
 
 void smooth(const float* shades, const float* right, const float* down, std::int32_t stride, float* to, std::int32_t width) {
-    // Less does not matter to the eye, and most pixels differ by less.
+    // Smaller differences are invisible, and most pixels differ by less.
     const F least = constant(1 / 32.f), one = constant(1);
     for (std::int32_t x = 0; x < width; x += lanes) {
         const F own = load<F>(shades + x);

@@ -8,28 +8,28 @@
 namespace bob {
 namespace {
 
-/// Where rounds end, in ten-thousandths of the pixels: 8 of them to 5 %, 16 to 25 %, each a constant factor longer than
-/// the one before.
+/// Ends of rounds in ten-thousandths of the pixels, in geometric progression. There are 8 up to 5 %, and 16 up to 25 %.
 constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  500,  611,  748,  914,  1118,
                                         1367, 1672, 2045, 2500, 2973, 3536, 4204, 5000, 5946, 7071, 8409, 10000};
 
-/// This share of a round, in percent, follows the lattice whatever it shows.
+/// Percentage of each round that follows the lattice regardless of contrast.
 constexpr std::uint32_t exploring = 5;
 
-/// What equal corners are worth, so that larger squares still come first.
+/// Added to every contrast, so that among squares with equal corners the larger come first.
 constexpr std::uint32_t floor = 1;
 
-/// Of the contrast around a pixel that was chosen and is not known yet, this much in percent is expected around its own
-/// children. So one round refines by several levels where much differs.
+/// Children of a chosen pixel that is not traced yet are queued with this percentage of its contrast. One round thus
+/// refines several levels where the contrast is high.
 constexpr std::uint32_t expected = 30;
 
-/// A pixel that differs by more from its corners is followed: this much of it, in percent, is expected beside it.
+/// A pixel whose contrast with its corners exceeds `surprising` queues its neighbours at this percentage of the
+/// contrast.
 constexpr std::uint32_t surprising = 32, beside_a_surprise = 20;
 
-/// So many pixels before its turn, what is known of a pixel is fetched from memory.
+/// Prefetch distance, in pixels.
 constexpr std::size_t ahead = 8;
 
-/// The four pixels at a step along the axes, or along both.
+/// The four pixels at a distance of `step` along the axes, or along the diagonals.
 std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
     const auto [row, column] = pixel;
     const std::int32_t h = step;
@@ -50,7 +50,8 @@ AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
 
 AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
     const Place at = place(pixel);
-    // It is a corner of the middles of the squares around it, or, if it is such a middle itself, of their sides.
+    // The pixel is a corner of the centres of the adjacent squares. If it is a centre itself, it is a corner of the
+    // middles of their sides.
     const bool is_middle = at.diagonal && at.octave < Tile::bits;
     const Place there{is_middle ? at.octave : at.octave - 1, !is_middle};
     return {around(pixel, is_middle ? there.step() : at.step() / 2, there.diagonal), there};
@@ -69,13 +70,13 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
     const std::uint32_t count = end - decided_;
     follow_lattice(decided_ == 0 ? count : count * exploring / 100);
     for (std::size_t q = queues; q-- > 1 && round_.size() < count;) {
-        // Children of what is taken may be put here as well.
+        // Children of the pixels taken may join this queue.
         Queue& queue = waiting_[q];
         while (queue.taken < queue.pixels.size() && round_.size() < count) {
             if (queue.taken + ahead < queue.pixels.size()) prefetch(queue.pixels[queue.taken + ahead]);
             if (queue.taken + ahead / 2 < queue.pixels.size()) prefetch_children(pixel_at(queue.pixels[queue.taken + ahead / 2]));
             const std::uint32_t index = queue.pixels[queue.taken++];
-            if (where_[index] != q) continue;  // chosen, or put elsewhere since
+            if (where_[index] != q) continue;  // chosen, or moved to another queue since
             where_[index] = chosen;
             const Pixel pixel = pixel_at(index);
             round_.push_back(pixel);
@@ -140,9 +141,9 @@ void AdaptiveOrder::prefetch_children(Pixel pixel) const {
 
 void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t least) {
     const auto [pixels, at] = children(pixel);
-    if (at.octave < 0) return;  // all of them come before it
+    if (at.octave < 0) return;  // all children precede it in the lattice
     if (is_inside(pixel, 2 * at.step())) {
-        // So are all children and their corners: by their distances in memory, deciding takes a quarter less time.
+        // So are all children and their corners. Index offsets make the decision a quarter faster than coordinates.
         const auto steps = distances_around(at);
         for (const std::uint32_t step : steps) {
             const std::uint32_t child = index_of(pixel) + step;

@@ -1,4 +1,4 @@
-/// A pixel order that goes where the picture needs it: the lattice, refined where its pixels differ.
+/// An adaptive pixel order: the lattice, refined where the traced pixels differ.
 #pragma once
 
 #include <array>
@@ -15,19 +15,20 @@
 
 namespace bob {
 
-/// Rounds end at fixed shares of the pixels.
+/// An adaptive pixel order in rounds that end at fixed shares of the pixels.
 ///
-/// A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
-/// worth as much as these differ, times the area that it stands for; what changes within a square and is not seen at its
-/// corners is found by the pixels that follow the lattice whatever they show, and then followed from square to square.
-/// Where surfaces are known of all pixels, one that is like none of its corners is worth as much as a silhouette.
-/// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
+/// Each pixel of the lattice (`lattice_tile`) is the centre of four pixels of earlier levels, its corners. Its priority
+/// is the contrast of its corners times its area. A detail inside a square may miss all four corners. A small share of
+/// each round follows the lattice regardless and finds such details; their neighbours are then queued from square to
+/// square. Where the surfaces of all pixels are known, a pixel unlike all its corners has the priority of a silhouette.
+///
+/// Refinement of squares by contrast is from Akimoto et al., "Pixel-Selected Ray Tracing", 1991.
 class AdaptiveOrder final : public RoundOrder {
 public:
-    /// How alike the surface of another pixel is to a pixel's own: 1 where nothing differs, down to 0.
+    /// Similarity of the surfaces of two pixels: 1 if equal, down to 0.
     using Likeness = std::function<float(Pixel own, Pixel other)>;
 
-    /// `likeness` is of any two pixels of the picture, traced or not; without it, only what was traced decides.
+    /// `likeness` accepts any two pixels of the picture, traced or not. If omitted, only traced samples decide.
     AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness = {});
 
     std::span<const Pixel> next(const Layout& layout, const float* planes) override;
@@ -35,7 +36,7 @@ public:
     [[nodiscard]] std::size_t bytes() const override;
 
 private:
-    /// How a pixel lies in the lattice: 2^octave away from its corners, along both axes or along one.
+    /// Position of a pixel in the lattice: 2^octave pixels from its corners, along both axes or along one.
     struct Place {
         int octave;
         bool diagonal;
@@ -44,36 +45,37 @@ private:
     };
     static Place place(Pixel pixel);
 
-    /// The pixels of which one is a corner, some of them outside the picture, and how they lie; at octave -1 there are none.
+    /// The pixels that have a given pixel as a corner, and their place; some lie outside the picture. Empty if the
+    /// octave is -1.
     struct Children {
         std::array<Pixel, 4> pixels;
         Place place;
     };
     static Children children(Pixel pixel);
 
-    /// Where a pixel is, or else in which queue it waits.
+    /// State of a pixel; any other value is the number of its queue.
     static constexpr std::uint8_t nowhere = 0, chosen = 254, traced = 255;
 
-    /// Takes what the last round shows.
+    /// Reads the samples of the last round.
     void read(const Layout& layout, const float* planes);
-    /// Fills the round up to so many pixels from the lattice.
+    /// Appends pixels of the lattice until the round has `until` pixels.
     void follow_lattice(std::size_t until);
-    /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
-    /// at least by so much.
+    /// Updates the priority of the pixel's children. `look` is the pixel's sample, or null before it is traced; then
+    /// the children get at least the contrast `least`.
     void look_around(Pixel pixel, const Look* look, std::uint32_t least);
     template <class AddCorners>
     void look_at(std::uint32_t index, Place at, const Look* look, std::uint32_t least, AddCorners add_corners);
-    /// From the index of a pixel that lies so in the lattice to those of its corners.
+    /// Index offsets from a pixel at this place to its four corners.
     [[nodiscard]] std::array<std::uint32_t, 4> distances_around(Place at) const;
-    /// Looks at the pixels around one that differs by so much from its corners, as if they were of its own level: what
-    /// passes there may go on into a larger square without being seen at any corner of that.
+    /// Queues the neighbours of a surprising pixel at its own level. An edge found here may continue into a larger
+    /// square and miss all its corners.
     void look_beside(Pixel pixel, std::uint32_t contrast);
-    /// The queue of pixels that differ by so much, and stand for so large an area.
+    /// The queue for this contrast and area.
     static std::uint8_t queue_of(std::uint32_t contrast, int octave_of_area);
-    /// Puts an open pixel into a queue.
+    /// Moves an open pixel to a queue.
     void wait(std::uint32_t index, std::uint8_t queue);
     void add_corner(Look& known, std::uint32_t index) const;
-    /// How much the surface of a pixel is unlike those of all corners that are traced or were chosen.
+    /// Difference, 0..255, of the pixel's surface from the most similar corner that is traced or chosen.
     [[nodiscard]] std::uint32_t unlike_corners(Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
     void prefetch_children(Pixel pixel) const;
@@ -86,12 +88,12 @@ private:
     [[nodiscard]] bool is_inside(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) < height_ && static_cast<std::uint32_t>(pixel.column) < width_;
     }
-    /// And so far from the picture's borders.
+    /// And at least `by` pixels from the border.
     [[nodiscard]] bool is_inside(Pixel pixel, std::int32_t by) const {
         return is_inside({pixel.row - by, pixel.column - by}) && is_inside({pixel.row + by, pixel.column + by});
     }
 
-    /// Pixels that wait, the first come first.
+    /// Waiting pixels, first in, first out.
     struct Queue {
         std::vector<std::uint32_t> pixels;
         std::size_t taken = 0;
@@ -101,16 +103,16 @@ private:
     std::uint32_t total_;
     Likeness likeness_;
     TiledOrder lattice_;
-    std::vector<Pixel> of_lattice_;  // its next pixels
+    std::vector<Pixel> of_lattice_;  // next pixels of the lattice
     std::uint32_t lattice_done_ = 0;
     std::size_t rounds_ = 0;
     std::uint32_t decided_ = 0;
     std::vector<Pixel> round_;
-    std::vector<std::uint32_t> surprises_;  // by how much each pixel of the round differs from its corners
+    std::vector<std::uint32_t> surprises_;  // contrast of each pixel of the round with its corners
 
-    std::vector<Look> looks_;  // of a traced pixel what it shows, of others the range of their corners, as far as they were looked at
+    std::vector<Look> looks_;  // the sample of a traced pixel; for others, the range of the corners read so far
     std::vector<std::uint8_t> where_;
-    std::array<Queue, queues> waiting_;  // by worth, 8 queues to a doubling
+    std::array<Queue, queues> waiting_;  // by priority, 8 queues per octave
 };
 
 }  // namespace bob

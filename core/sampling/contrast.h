@@ -1,4 +1,4 @@
-/// How much pixels differ to the eye, in 256 steps: what decides where rays go.
+/// Perceived contrast of pixels, in 256 steps: the basis of adaptive sampling.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace bob {
 
-/// What a pixel shows, or several pixels do: the range of their shades, and whether any of them missed or hit.
+/// The appearance of one or more pixels: the range of their shades, and whether any of them missed or hit.
 class Look {
 public:
     static constexpr std::uint32_t most = 255;
 
     Look() = default;
-    /// Of shades in 256 steps, gray, normal x and normal y.
+    /// Gray, normal x and normal y, in 256 steps.
     Look(const std::array<std::uint8_t, 3>& low, const std::array<std::uint8_t, 3>& high, bool missed, bool hit)
         : bytes_{below(low[0]), below(low[1]), below(low[2]), flag(missed), high[0], high[1], high[2], flag(hit)} {}
 
@@ -25,7 +25,7 @@ public:
     /// Whether no pixel was added.
     [[nodiscard]] bool is_nothing() const { return std::bit_cast<std::uint64_t>(bytes_) == 0; }
 
-    /// How much differs what was added, 0..most.
+    /// Contrast of the pixels added so far, 0..most.
     [[nodiscard]] std::uint32_t contrast() const {
         const auto all = std::bit_cast<std::uint64_t>(bytes_);
         const auto lower = static_cast<std::uint32_t>(all), upper = static_cast<std::uint32_t>(all >> 32);
@@ -38,7 +38,7 @@ public:
         const auto range = [](std::uint32_t sum) { return static_cast<std::uint16_t>(sum - most); };
         return contrast_of(range(even & 0xffff), range(odd & 0xffff), range(even >> 16));
     }
-    /// The same of the ranges of gray and of the normals; of numbers that fit into few bits, since loops over pixels need it.
+    /// Contrast of the ranges of gray and of the normals. Narrow integers let loops over pixels vectorize well.
     static constexpr std::uint8_t contrast_of(std::uint16_t gray, std::uint16_t x, std::uint16_t y) {
         const auto normals = static_cast<std::uint16_t>((x + y) * 5);
         const auto sum = static_cast<std::uint16_t>(gray + normals / 8);
@@ -49,13 +49,13 @@ private:
     static std::uint8_t below(std::uint8_t low) { return static_cast<std::uint8_t>(most - low); }
     static std::uint8_t flag(bool is) { return is ? most : 0; }
 
-    /// How far below 255 the lowest shades are, and 255 if any missed; the highest shades, and 255 if any hit: of two looks
-    /// together, the larger of each byte.
+    /// 255 minus the lowest shades, 255 if any missed, the highest shades, 255 if any hit. The union of two looks is
+    /// the larger of each byte.
     using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
     Bytes bytes_{};
 };
 
-/// Reads what pixels show from planes, (C, pixels) of a layout.
+/// Reads the looks of pixels from planes, (C, pixels) of a layout.
 class LookReader {
 public:
     LookReader(const Layout& layout, const float* planes, std::size_t pixels)
@@ -63,7 +63,7 @@ public:
           x_(plane(layout, planes, pixels, channels::normal, 0)), y_(plane(layout, planes, pixels, channels::normal, 1)),
           red_(plane(layout, planes, pixels, channels::color, 0)), pixels_(pixels) {}
 
-    /// Of a pixel that was traced.
+    /// Of a traced pixel.
     [[nodiscard]] Look operator()(std::size_t i) const {
         const auto shown = [i](const float* plane, const Channel& channel) {
             return static_cast<std::uint8_t>(plane ? step(plane[i], channel) : 0);
@@ -75,7 +75,8 @@ public:
         return {shades, shades, missed, !missed};
     }
 
-    /// What each pixel shows whose mask is not 0, plane by plane; others show nothing. missed, hit: 255 or 0.
+    /// Writes the looks of all pixels, plane by plane. A pixel whose mask is 0 gets an empty range. `missed` and `hit`
+    /// are 255 or 0.
     void read_all(const float* mask, std::uint8_t* const low[3], std::uint8_t* const high[3], std::uint8_t* missed, std::uint8_t* hit) const {
         const auto read = [=, size = pixels_](std::size_t k, const Channel& channel, auto value) {
             std::uint8_t *__restrict const least = low[k], *__restrict const greatest = high[k];
@@ -98,7 +99,7 @@ public:
         }
         read_plane(1, channels::normal, x_);
         read_plane(2, channels::normal, y_);
-        const float* const depth = depth_ ? depth_ : mask;  // where nothing says how deep it is, it was hit
+        const float* const depth = depth_ ? depth_ : mask;  // without a depth channel, each traced pixel is a hit
         std::uint8_t *__restrict const empty = missed, *__restrict const solid = hit;
         for (std::size_t i = 0, size = pixels_; i < size; ++i) {
             const int known = mask[i] != 0 ? 255 : 0, is_hit = depth[i] > 0 ? 255 : 0;
@@ -107,7 +108,7 @@ public:
         }
     }
 
-    /// Into the cache, ahead of its use.
+    /// Prefetches a pixel into the cache.
     void prefetch(std::size_t i) const {
         for (const float* const values : {gray_, depth_, x_, y_, red_}) {
             if (values) __builtin_prefetch(values + i);
@@ -121,12 +122,13 @@ private:
         return at < 0 ? nullptr : planes + static_cast<std::size_t>(at + component) * pixels;
     }
 
-    /// One number of a colour: not the luminance, in which red and blue hardly count, and each primary has another.
+    /// Gray value of a colour. Not the luminance: that has little of red and blue, and here each primary needs its own
+    /// value.
     static float shade(float red, float green, float blue) { return 0.45f * red + 0.35f * green + 0.2f * blue; }
 
     static int step(float value, const Channel& channel) {
         const float share = (value - channel.low) / (channel.high - channel.low);
-        const float above = share > 0 ? share : 0;  // also of what is no number
+        const float above = share > 0 ? share : 0;  // also if NaN
         return static_cast<int>((above < 1 ? above : 1) * 255 + 0.5f);
     }
 

@@ -9,8 +9,8 @@
 namespace bob {
 namespace {
 
-/// A bijective mix in which each bit of the input moves every bit of the output (Wellons, "Prospecting for Hash
-/// Functions", 2018: the two-round function of lowest bias).
+/// A bijective mix: each bit of the input affects every bit of the output. Wellons, "Prospecting for Hash Functions",
+/// 2018: the two-round function of lowest bias.
 std::uint32_t mix(std::uint32_t x) {
     x = (x ^ x >> 16) * 0x21f0aaad;
     x = (x ^ x >> 15) * 0xd35a2d97;
@@ -31,7 +31,7 @@ std::uint32_t key(std::uint64_t seed) {
     return mix(static_cast<std::uint32_t>(seed)) ^ static_cast<std::uint32_t>(seed >> 32);
 }
 
-/// A place in a tile, counted row by row; what goes beyond the last row comes back at the top.
+/// A place in a tile, numbered row by row; rows past the last wrap to the top.
 Tile::Place place_at(std::uint32_t index) {
     return {static_cast<std::uint8_t>(index / Tile::side % Tile::side), static_cast<std::uint8_t>(index % Tile::side)};
 }
@@ -49,17 +49,17 @@ Tile make_lattice_tile() {
         count *= 2;
     };
     for (std::uint32_t half = Tile::side / 2; half; half /= 2) {
-        repeat(half, half);  // the middles of the squares
-        repeat(half, 0);     // the middles of the sides, which are those of squares again
+        repeat(half, half);  // centres of the squares
+        repeat(half, 0);     // middles of the sides, again centres of squares
     }
     return tile;
 }
 
-/// Chosen places of the tile, and how crowded each place is by them.
+/// The chosen places of a tile and the energy at each place.
 ///
-/// Energies are integers, so that what was added is taken away exactly and every machine makes the same tile. They fall
-/// with the sixth power of the distance where Ulichney's fall like a Gaussian, which orders places at one distance only:
-/// an order has to be even from the first 0.1 % to the last.
+/// Energies are integers: additions are undone exactly, and every machine makes the same tile. They fall with the sixth
+/// power of the distance. Ulichney's Gaussian orders places at one distance only; an order has to be even from the
+/// first 0.1 % to the last.
 class Crowd {
 public:
     Crowd() {
@@ -80,7 +80,7 @@ public:
         change(place, [](std::uint64_t energy, std::uint64_t by) { return energy - by; });
     }
 
-    /// The chosen place that is most crowded, and the free one that is least.
+    /// The chosen place of highest energy, and the free place of lowest energy.
     [[nodiscard]] std::uint32_t tightest_cluster() const {
         std::uint32_t best = 0;
         std::uint64_t most = 0;
@@ -109,7 +109,7 @@ private:
         }
     }
 
-    std::array<std::uint64_t, 2 * Tile::area> kernel_;  // rows twice as long, so that they begin at any column
+    std::array<std::uint64_t, 2 * Tile::area> kernel_;  // rows of double length, so that they begin at any column
     std::array<std::uint64_t, Tile::area> energy_{};
     std::array<bool, Tile::area> chosen_{};
 };
@@ -119,7 +119,7 @@ Tile make_blue_noise_tile() {
     Crowd crowd;
     const UniformOrder random(0, Tile::side, Tile::side);
     for (std::uint32_t i = 0; i < initial; ++i) crowd.add(random(i));
-    for (std::uint32_t from, to = Tile::area;; to = from) {  // from clusters to voids, until that changes nothing
+    for (std::uint32_t from, to = Tile::area;; to = from) {  // from clusters to voids, until nothing changes
         crowd.remove(from = crowd.tightest_cluster());
         crowd.add(to = crowd.largest_void());
         if (from == to) break;
@@ -188,7 +188,7 @@ TiledOrder::TiledOrder(const Tile& tile, std::uint64_t seed, std::uint32_t heigh
             walk = {height / Tile::side + i, width / Tile::side + j, 0};
             const std::uint32_t count = walk.rows * walk.columns;
             if (count == 0) continue;
-            // Roberts' steps in both directions, as far as that visits all the tiles.
+            // Roberts' steps in both directions, if that walk visits all tiles.
             walk.step = static_cast<std::uint32_t>(0.7548776662 * walk.rows) * walk.columns +
                         static_cast<std::uint32_t>(0.5698402910 * walk.columns);
             while (std::gcd(walk.step, count) != 1) ++walk.step;

@@ -11,34 +11,34 @@
 namespace bob {
 namespace {
 
-/// What a pixel is worth where nothing differs, of 255: expected, and not.
+/// Priority of a pixel without contrast, of 255: with a reprojected sample, and without.
 constexpr float least_expected = 0.5f, least_unknown = 16;
 
-/// What expected pixels are worth beside those of which nothing is: this share where they were seen at the pixel's centre, and
-/// as much more for each pixel beside it.
+/// Weight of a reprojected sample's contrast at the pixel's centre, and its increase per pixel of distance from there.
+/// Pixels without a sample have weight 1.
 constexpr float at_center = 0.4f, off_center_by_one = 2;
 
-/// Within so many pixels of a surprise, its share of it is expected.
+/// A surprise adds this share of its contrast to all pixels within `reach` pixels.
 constexpr int reach = 2;
 constexpr float surprise_nearby = 0.5f;
 constexpr std::uint32_t surprising = 16;
 
-/// Of so many pixels one is few: where no more are wanted, one round has all of them.
+/// One round has all wanted pixels if these are at most one in `few` of the picture.
 constexpr std::size_t few = 64;
 
-/// Worths are sorted by so many of their bits: by sixteenths of an octave.
+/// Priorities are sorted without their lowest bits: by sixteenths of an octave.
 constexpr int dropped_bits = 19;
 std::uint32_t bin(float worth) { return std::bit_cast<std::uint32_t>(worth) >> dropped_bits; }
 
 constexpr auto least = [](std::uint8_t a, std::uint8_t b) { return a < b ? a : b; };
 constexpr auto most = [](std::uint8_t a, std::uint8_t b) { return a > b ? a : b; };
 
-/// Each place and the eight around it, of a plane of bytes.
+/// Combines each place of a plane with its eight neighbours.
 template <class Combine>
 void around_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to, std::vector<std::uint8_t>& row,
                  std::uint32_t height, std::uint32_t width, Combine combine) {
     row.resize(width);
-    std::uint8_t* __restrict const column = row.data();  // or every byte written might be one that is read
+    std::uint8_t* __restrict const column = row.data();  // without __restrict, each write might alias a read
     for (std::uint32_t r = 0; r < height; ++r) {
         const std::uint8_t* __restrict const here = from.data() + std::size_t{r} * width;
         const std::uint8_t* __restrict const above = r > 0 ? here - width : here;
@@ -51,7 +51,7 @@ void around_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t
     }
 }
 
-/// Squares of two places a side.
+/// Combines blocks of 2 x 2 places.
 template <class Combine>
 void halve_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to, std::uint32_t height, std::uint32_t width,
                 Combine combine) {
@@ -159,7 +159,7 @@ void RefreshOrder::look(const Layout& layout, const float* picture) {
 void RefreshOrder::contrast_around(const Looks& looks) {
     look_around(looks, around_);
     contrast_.resize(around_.size());
-    // As Look::contrast, of all places at once; bytes written might be any that are read, unless it is said.
+    // Look::contrast of all places at once; without __restrict, each write might alias a read.
     const std::uint8_t *const low0 = around_.low[0].data(), *const low1 = around_.low[1].data(), *const low2 = around_.low[2].data(),
                        *const high0 = around_.high[0].data(), *const high1 = around_.high[1].data(),
                        *const high2 = around_.high[2].data(), *const missed = around_.missed.data(), *const hit = around_.hit.data();
@@ -172,7 +172,7 @@ void RefreshOrder::contrast_around(const Looks& looks) {
 }
 
 void RefreshOrder::weigh(const float* traced, const float* off_center) {
-    // From the coarsest squares to those of two pixels: where nothing is known, the larger square says what to expect.
+    // From the coarsest squares to the squares of 2 x 2 pixels. An unknown square inherits the estimate of its parent.
     guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
     std::uint32_t coarser_width = 1;
     for (std::size_t level = levels - 1; level > 0; --level) {
@@ -212,7 +212,8 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
                 const bool is_known = (missed[k] | hit[k]) != 0;
                 const float expected = least_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
                 const float surprised = static_cast<float>(surprise[k]), own = is_known ? expected : guess[k];
-                // The first pixel in an area is worth all of it, the second half of it, and so on: the noise numbers them.
+                // The noise numbers the pixels of an area. The first gets its full priority, the second half of it, and
+                // so on.
                 const float shared = (own > surprised ? own : surprised) / ((is_known ? 1.f : area[k]) + noise[k]);
                 worth[k] = mask[k] != 0 ? 0.f : shared;
             }
@@ -223,11 +224,11 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
 void RefreshOrder::choose(std::size_t count) {
     histogram_.assign(bin(std::numeric_limits<float>::infinity()) + 1, 0);
     for (const float worth : worth_) ++histogram_[bin(worth)];
-    histogram_[0] = 0;  // what was traced
+    histogram_[0] = 0;  // already traced
     std::uint32_t last = static_cast<std::uint32_t>(histogram_.size());
     std::size_t above = 0;
     while (last > 1 && above + histogram_[last - 1] <= count) above += histogram_[--last];
-    // All of the bins from `last` on, and as many of the one before as still fit, spread over the picture.
+    // All bins from `last` on; the rest of the round is spread evenly over the bin before.
     const std::size_t left = last > 1 ? count - above : 0, there = last > 1 ? histogram_[last - 1] : 0;
     std::size_t met = 0, size = 0;
     for (std::size_t k = histogram_.size(); k-- > last;) size += std::exchange(histogram_[k], static_cast<std::uint32_t>(size));

@@ -1,4 +1,4 @@
-/// A pixel order for a picture of which something is expected: it goes where that may be wrong.
+/// A pixel order for a picture with reprojected samples: it refreshes the samples most likely to be wrong.
 #pragma once
 
 #include <array>
@@ -13,10 +13,12 @@
 
 namespace bob {
 
-/// A pixel of which something is expected is worth as much as that differs from its neighbours, since what was seen beside a
-/// pixel's centre may be wrong along an edge; one of which nothing is, as much as what is known around it differs; and both are
-/// worth more where a ray has just found something else nearby. The most valuable come first; where they are worth the same,
-/// a blue noise thins them out. (Walter et al. 1999 have such a priority for each pixel, and dither it.)
+/// Orders pixels by the expected error of the current picture.
+///
+/// The priority of a pixel with a reprojected sample is its contrast with its neighbours: a sample off the pixel's
+/// centre may be wrong along an edge. The priority of a pixel without a sample is the contrast of the known pixels
+/// around it. A traced sample nearby that contradicts the reprojection raises both. Blue noise thins pixels of equal
+/// priority. Walter et al. 1999 also assign each pixel a priority and dither it.
 class RefreshOrder {
 public:
     RefreshOrder(std::uint32_t height, std::uint32_t width);
@@ -24,10 +26,12 @@ public:
     /// Begins another picture.
     void begin(std::uint64_t seed);
 
-    /// The next round, where so many pixels are wanted: about half of these, or all where they are few, since what the first of
-    /// them find says where the others go, but each round looks at all of the picture. Pixels that were not traced yet, the
-    /// most valuable first; none where all were. `traced` and `picture` are planes, (C, height, width), of a layout: the latter has what is
-    /// expected, and over it what was traced. `off_center`: (height, width), as of `History::expect`.
+    /// The next round towards `wanted` pixels: half of them, or all if they are few.
+    ///
+    /// The results of each round guide the next; yet each round has the cost of a pass over the picture. Returns
+    /// untraced pixels in order of priority; empty if all are traced. `traced` and `picture` are planes, (C, height,
+    /// width), of a layout; `picture` has the reprojected samples, overwritten by traced ones. `off_center`: (height,
+    /// width), as from `History::expect`.
     std::span<const Pixel> next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
                                 std::size_t wanted);
 
@@ -49,10 +53,10 @@ private:
         [[nodiscard]] Look at(std::size_t i) const;
     };
     static void halve(const Looks& fine, Looks& coarse);
-    /// What is known at each place and the eight around it.
+    /// The union of the looks at each place and its eight neighbours.
     void look_around(const Looks& looks, Looks& around);
 
-    /// How much that differs.
+    /// The contrast of each union.
     void contrast_around(const Looks& looks);
 
     void compare(const Layout& layout, const float* picture);
@@ -63,13 +67,13 @@ private:
     static constexpr int levels = 6;
 
     std::uint32_t height_, width_;
-    std::array<float, 64 * 64> noise_;  // 0..1, of a tile
-    std::array<Looks, levels> looks_;   // of pixels, as they were when the last round was chosen, and of squares twice as large each
+    std::array<float, 64 * 64> noise_;  // a tile of blue noise, 0..1
+    std::array<Looks, levels> looks_;   // of the pixels when the last round was chosen, then of blocks of 2 x 2, 4 x 4, ...
     Looks around_;
     Bytes row_, contrast_;
-    Bytes surprises_;             // how much what was found nearby differs from what was expected
-    std::vector<float> guesses_;  // of squares of two pixels a side: what pixels are worth of which nothing is expected
-    std::vector<float> areas_;    // and the reciprocals of how many of these stand together
+    Bytes surprises_;             // contrast of nearby traced samples with their reprojection
+    std::vector<float> guesses_;  // priority of pixels without a sample, by blocks of 2 x 2 pixels
+    std::vector<float> areas_;    // and the reciprocals of the areas that share it
     std::vector<float> coarser_guesses_, coarser_areas_, row_guesses_, row_areas_;
     std::vector<float> worth_;
     std::vector<std::uint32_t> histogram_;

@@ -1,4 +1,4 @@
-/// Pixel orders that depend on what the pixels before show.
+/// Pixel orders that depend on the pixels traced before.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,10 @@
 
 namespace bob {
 
-/// Decides round by round which pixels of a picture come next. Nothing within a round depends on what its own pixels show: so the
-/// sequence is a function of what the order was made of and of what was traced, never of time, pace or threads, and a tracer is
-/// called a few times with many pixels.
+/// Chooses the pixels of a picture round by round.
+///
+/// The samples of a round do not affect that round. The sequence is therefore a function of the order's parameters and
+/// of the traced samples, never of time, speed or threads. A tracer gets few calls with many pixels.
 class RoundOrder {
 public:
     RoundOrder(std::uint32_t height, std::uint32_t width) : height_(height), width_(width) {}
@@ -20,8 +21,8 @@ public:
     RoundOrder(const RoundOrder&) = delete;
     RoundOrder& operator=(const RoundOrder&) = delete;
 
-    /// The next round: at least one pixel, or none where all were decided; they stay until the next call. All pixels of the rounds
-    /// before have been traced; what they show is taken from the planes, (C, height, width) of a layout.
+    /// The next round: at least one pixel, or empty if all were chosen; valid until the next call. All pixels of
+    /// earlier rounds have been traced, and their samples are in the planes, (C, height, width) of a layout.
     virtual std::span<const Pixel> next(const Layout& layout, const float* planes) = 0;
 
     [[nodiscard]] std::uint32_t height() const { return height_; }

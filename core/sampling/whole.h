@@ -1,4 +1,4 @@
-/// All pixels of a picture in one round, of the lattice's order: whatever was traced when time ends lies all over it.
+/// All pixels of a picture in one round, in the order of the lattice: partial results cover the whole picture.
 #pragma once
 
 #include <vector>

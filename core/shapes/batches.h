@@ -1,4 +1,4 @@
-/// Batches of items whose cells have the same code, which can be evaluated together.
+/// Batches of items whose cells have the same code, for evaluation together.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace bob {
 
-/// Sorts keys of the form group << 32 | item by group; the order of items within a group is kept.
+/// Stable sort of keys of the form group << 32 | item by group.
 inline void sort_by_group(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& spare, std::uint32_t groups) {
     constexpr int digit_bits = 11;
     spare.resize(keys.size());
@@ -33,7 +33,7 @@ inline void sort_by_group(std::vector<std::uint64_t>& keys, std::vector<std::uin
 /// Some of the items 0..count.
 using Items = std::span<const std::uint32_t>;
 
-/// Calls body(code, items) for batches of at most `most` of the items 0..count, each batch of one code.
+/// Calls body(code, items) for batches of at most `most` of the items 0..count, each batch with one code.
 template <class CodeOf, class Body>
 void for_each_batch(std::size_t count, std::uint32_t codes, std::size_t most, CodeOf code_of, Body body) {
     struct Memory {

@@ -6,13 +6,13 @@
 namespace bob::BOB_ISA {
 namespace {
 
-// Up to as many a ray tests all of them, beside other rays.
+// Up to this number, rays test all boxes, one ray per lane.
 constexpr std::size_t few_boxes = 2 * lanes;
 
-/// Adds the boxes of a packet that the ray enters.
+/// Lists the boxes of a packet that the ray enters.
 ///
-/// As `enter_boxes`, but rounded alike in all instruction sets: without fma. A ray whose t overflow may find packets
-/// twice; never does it list more than there are boxes.
+/// As `enter_boxes`, but with identical rounding in all instruction sets: without fma. A ray whose t overflow may find
+/// packets twice, but never lists more than the number of boxes.
 inline void enter(const BoxPacket& packet, const RayThroughBoxes& ray, std::uint32_t ray_index, const Entrance* end,
                   Entrance*& next) {
     for (int i = 0; i < 8; i += width) {
@@ -33,7 +33,7 @@ inline void enter(const BoxPacket& packet, const RayThroughBoxes& ray, std::uint
     }
 }
 
-/// A ray in each of N lanes: origins and directions.
+/// One ray per lane: origins and directions.
 template <int N>
 struct RayLanes {
     Vector<N> origin[3], direction[3];
@@ -51,7 +51,7 @@ struct RayLanes {
     }
 };
 
-/// The same of a ray in each lane, one box after the other.
+/// The same with one ray per lane, one box after the other.
 struct RaysThroughBoxes {
     F origin[3], inverse[3];
     M sign[3];
@@ -66,7 +66,7 @@ struct RaysThroughBoxes {
         }
     }
 
-    /// The t of each ray, and which of them enter.
+    /// The entry t of each ray, and a bit for each ray that enters.
     unsigned enter(const BoxPacket& packet, int box, F& enter) const {
         F leave = constant(Box::infinity);
         enter = constant(0);
@@ -105,7 +105,7 @@ std::size_t entrances(const BoxBvh& boxes, const Ray* rays, std::size_t begin, s
     for (; begin < end && static_cast<std::size_t>(next - entrances) < enough; ++begin) {
         const RayThroughBoxes ray(rays[begin]);
         const Entrance* const last = next + boxes.boxes;
-        Hit none;  // no hit rules out what lies behind it
+        Hit none;  // without a hit, nothing is culled
         traverse(boxes.nodes.data(), ray, none, [&](std::uint32_t packet) {
             enter(boxes.packets[packet], ray, static_cast<std::uint32_t>(begin), last, next);
         });
@@ -116,7 +116,7 @@ std::size_t entrances(const BoxBvh& boxes, const Ray* rays, std::size_t begin, s
 
 void rays_through(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                   Ray* mapped) {
-    constexpr int some = lanes / 2;  // as many as registers have doubles
+    constexpr int some = lanes / 2;  // one register of doubles
     using Single = Vector<some>;
     using Double [[gnu::vector_size(some * 8)]] = double;
     const auto in_double = [](Single x) { return __builtin_convertvector(x, Double); };

@@ -3,7 +3,7 @@
 namespace bob {
 namespace {
 
-// A packet is eight boxes, as a node is.
+// A packet is eight boxes, like a node.
 constexpr float node_cost = 1;
 
 }  // namespace

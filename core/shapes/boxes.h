@@ -1,4 +1,4 @@
-/// Many boxes as rays meet them.
+/// Ray intersection with many boxes.
 #pragma once
 
 #include <cstdint>
@@ -22,27 +22,26 @@ struct alignas(32) BoxPacket {
 struct BoxBvh {
     std::vector<BvhNode> nodes;  // the first is the root
     std::vector<BoxPacket> packets;
-    std::size_t boxes = 0;  // how many there are
+    std::size_t boxes = 0;  // their number
 };
 
 [[nodiscard]] BoxBvh build_box_bvh(std::span<const Box> boxes);
 
-/// A ray enters a box at t, which is 0 where it starts within.
+/// A ray enters a box at t, which is 0 if it starts inside.
 struct Entrance {
     std::uint32_t box, ray;
     float t;
 };
 
 struct BoxKernels {
-    /// Lists the boxes that each of the rays begin..end enters, in no particular order, until `enough` are listed, and
-    /// returns the ray to go on with. There is room for `enough` entrances and for as many more as there are boxes.
-    /// Whether and where a ray enters a box is a function of these two alone, the same to the bit in all instruction
-    /// sets.
+    /// Lists the boxes that the rays begin..end enter, in no particular order, until `enough` are listed. Returns the
+    /// next ray. There is room for `enough` entrances plus the number of boxes. Each result depends on the ray and the
+    /// box alone, to the bit in all instruction sets.
     std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
-    /// The rays of `count` entrances, a multiple of `together`, in the coordinates that a map leads to, each from its point at
-    /// t = start on. To the bit as AffineMap has it; null in instruction sets whose registers hold too few doubles.
+    /// Transforms the rays of `count` entrances, a multiple of `together`, by a map. Each starts at its point t = start.
+    /// To the bit as AffineMap; null in instruction sets with too few doubles per register.
     static constexpr std::size_t together = 8;
     void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                          Ray* mapped);

@@ -1,4 +1,4 @@
-/// Rays through a bounding volume hierarchy, whatever its packets hold. Included by *_kernels.cpp files alone.
+/// BVH traversal for any kind of packets. Only for *_kernels.cpp.
 #pragma once
 
 #include <limits>
@@ -9,27 +9,26 @@
 
 namespace bob::BOB_ISA {
 
-// A node's eight boxes fill one register, or two where registers hold four.
+// A node's eight boxes fill one register, or two of four lanes.
 constexpr int width = lanes < 8 ? 4 : 8;
 using Floats = Vector<width>;
 using Ints = IntVector<width>;
 
-/// What is computed once for a ray, for its way through boxes.
+/// Per-ray values for intersection with boxes.
 ///
-/// Nothing here branches: between rays of any direction, neither signs nor the longest axis can be predicted, and with
-/// branches, mispredictions cost a seventh to a fifth of all time. Setting up some rays ahead of their traversal loses
-/// up to 7 %: processors overlap one ray's setup with the end of the one before anyhow.
+/// Branch-free: for rays of any direction, neither signs nor the longest axis can be predicted, and mispredicted
+/// branches cost a seventh to a fifth of all time. Setting up several rays ahead of their traversal loses up to 7 %:
+/// processors already overlap one ray's setup with the end of the last.
 struct RayThroughBoxes {
     using Float4 = Vector<4>;
     using Int4 = IntVector<4>;
 
-    // Of a direction's component, instead of 0, as 1/0 = inf would turn every slab into NaN: still correct, but nothing would be
-    // culled.
+    // Replaces zero direction components: 1/0 = inf would turn every slab into NaN, which is correct but culls nothing.
     static constexpr float least_size = 1e-18f;
 
-    /// What planes across the axes need of it: t of one is plane * reciprocal - shift.
+    /// Per-axis values: the t of a plane is plane * reciprocal - shift.
     struct Slabs {
-        Float4 origin, direction, size, reciprocal, shift;  // size: of the direction's components
+        Float4 origin, direction, size, reciprocal, shift;  // size: magnitudes of the direction's components
         Int4 sign;
 
         Slabs() = default;
@@ -45,7 +44,7 @@ struct RayThroughBoxes {
 
     Float4 origin, direction, size, reciprocal;
     Floats inverse[3], shift[3];
-    int near_side[3];  // 0 where the ray meets the lower plane first
+    int near_side[3];  // 0 if the ray reaches the lower plane first
 
     explicit RayThroughBoxes(const Ray& ray) : RayThroughBoxes(Slabs(ray)) {}
     explicit RayThroughBoxes(const Slabs& slabs)
@@ -58,7 +57,7 @@ struct RayThroughBoxes {
     }
 };
 
-/// Writes the distance at which the ray enters each child's box; a bit is set for each box entered before t_max.
+/// Writes the entry t of each child's box; returns a bit for each box entered before t_max.
 inline unsigned enter_boxes(const BvhNode& node, const RayThroughBoxes& ray, float t_max, float* t_enter) {
     unsigned entered = 0;
     for (int i = 0; i < 8; i += width) {
@@ -77,8 +76,7 @@ inline unsigned enter_boxes(const BvhNode& node, const RayThroughBoxes& ray, flo
     return entered;
 }
 
-/// A child, and above it in the same number the distance at which the ray enters its box: floats that are not negative
-/// sort as their bits do.
+/// A child and, in the upper bits, the ray's entry t into its box: nonnegative floats sort as their bits.
 using Entry = std::uint64_t;
 
 inline Entry entry(float t, ChildRef child) {
@@ -89,10 +87,10 @@ inline Entry entry(float t, ChildRef child) {
 
 inline ChildRef child_of(Entry entry) { return {static_cast<std::uint32_t>(entry)}; }
 
-/// The nearest of the children whose boxes were entered, of which there is at least one. The others go on the stack,
-/// sorted so that the nearest of them comes off first.
+/// Returns the nearest of the entered children, at least one. The others go on the stack, sorted so that the nearest is
+/// popped first.
 ///
-/// One and two are most frequent, and which of two is nearer can't be predicted: whole numbers are swapped without a
+/// One and two children are most frequent, and the nearer of two cannot be predicted: integers are swapped without a
 /// branch. The same for three, in place of the loop, costs 3 %.
 inline ChildRef take_nearest(const BvhNode& node, unsigned entered, const float* t, Entry*& top) {
     const auto next = [&] {
@@ -116,13 +114,13 @@ inline ChildRef take_nearest(const BvhNode& node, unsigned entered, const float*
     return child_of(nearest);
 }
 
-/// A ray's way from leaf to leaf, near ones first.
+/// Traverses the leaves along a ray, near ones first.
 class Traversal {
 public:
-    /// Without a leaf.
+    /// Leaves no leaf.
     void clear() { top_ = stack_; }
 
-    /// Begins with the children of a node.
+    /// Starts with the children of a node.
     void begin(const BvhNode& root, const RayThroughBoxes& ray) {
         clear();
         alignas(32) float t[8];
@@ -132,7 +130,7 @@ public:
         *top_++ = entry(0, nearest);
     }
 
-    /// False where no leaf is left that can hold a hit before t_max, which must not grow.
+    /// False if no remaining leaf can contain a hit before t_max, which must not grow.
     bool next_leaf(const BvhNode* nodes, const RayThroughBoxes& ray, float t_max, ChildRef& leaf) {
         const Entry farthest = entry(t_max, {UINT32_MAX});
         while (true) {
@@ -160,8 +158,8 @@ private:
     Entry* top_;
 };
 
-/// Calls intersect(packet), which may lower hit.t, for each packet on the ray's way, near ones first, as long as one can
-/// hold a nearer hit.
+/// Calls intersect(packet) for the packets along the ray, near ones first, while a nearer hit is possible. It may reduce
+/// hit.t.
 template <class Intersect>
 inline void traverse(const BvhNode* nodes, const RayThroughBoxes& ray, Hit& hit, Intersect&& intersect) {
     Traversal way;

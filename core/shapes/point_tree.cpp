@@ -52,7 +52,7 @@ double PointTree::highest(const double row[4]) const {
         if (bound(index) <= most) continue;
         const Node& node = nodes_[index];
         if (node.second) {
-            const bool swap = bound(index + 1) > bound(node.second);  // the higher is looked at first
+            const bool swap = bound(index + 1) > bound(node.second);  // the higher is visited first
             stack[open++] = swap ? node.second : index + 1;
             stack[open++] = swap ? index + 1 : node.second;
             continue;

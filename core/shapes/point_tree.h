@@ -1,4 +1,4 @@
-/// Many points, and how far they reach once a map has placed them, without looking at each.
+/// A point set that bounds its extent under any map without visiting each point.
 #pragma once
 
 #include <algorithm>
@@ -16,15 +16,15 @@ class PointTree {
 public:
     using Point = std::array<double, 3>;
 
-    /// Of at least one point; all are finite.
+    /// At least one point; all are finite.
     explicit PointTree(std::vector<Point> points);
 
-    /// The lowest and highest coordinates of the points placed by a map, to the bit: sums of products rounded one after the
-    /// other never fall as a coordinate moves along its factor's sign, so that a box' corner bounds what is in it.
+    /// The lowest and highest coordinates of the points transformed by a map, exact to the bit. A sum of products
+    /// rounded one after the other is monotonic in each coordinate, so that a box corner bounds its contents.
     [[nodiscard]] Bounds bounds(const AffineMap& map) const;
 
-    /// The largest value(p) over the points placed by a map, where value never falls with the distance from `center`, but for
-    /// rounding.
+    /// The maximum of value(p) over the points transformed by a map. The function is nondecreasing in the distance from
+    /// `center`, up to rounding.
     template <class Value>
     [[nodiscard]] double farthest(const AffineMap& map, const double center[3], Value value) const;
 
@@ -36,8 +36,8 @@ private:
 
     struct Node {
         Point low, high;
-        std::uint32_t begin, end;  // of its points
-        std::uint32_t second;      // child; the first follows the node; 0 for a leaf
+        std::uint32_t begin, end;  // range of its points
+        std::uint32_t second;      // second child; the first follows the node; 0 for a leaf
     };
 
     void build(std::size_t begin, std::size_t end);
@@ -51,7 +51,7 @@ private:
 
 template <class Value>
 double PointTree::farthest(const AffineMap& map, const double center[3], Value value) const {
-    // How far along each axis a node's points are from the centre at most, and rounding with them.
+    // The maximum distance of a node's points from its centre along each axis, including rounding.
     const auto reach = [&](const Node& node) {
         Point result;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -67,7 +67,7 @@ double PointTree::farthest(const AffineMap& map, const double center[3], Value v
         return result;
     };
     const Point all = reach(nodes_[0]);
-    int exponent = 0;  // in units of about the largest distance, so that squares stay within the range
+    int exponent = 0;  // in units of about the largest distance, so that squares stay in range
     std::frexp(std::max({all[0], all[1], all[2]}), &exponent);
     const double scale = std::ldexp(1, std::clamp(-exponent, -1000, 1000));
     const auto square = [scale](double x, double y, double z) {
@@ -92,7 +92,7 @@ double PointTree::farthest(const AffineMap& map, const double center[3], Value v
         const Node& node = nodes_[index];
         if (node.second) {
             const Open first = bounded(index + 1), second = bounded(node.second);
-            const bool swap = first.bound > second.bound;  // the farther is looked at first
+            const bool swap = first.bound > second.bound;  // the farther is visited first
             stack[open++] = swap ? second : first;
             stack[open++] = swap ? first : second;
             continue;

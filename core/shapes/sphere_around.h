@@ -1,4 +1,4 @@
-/// Where a shape of control points is, and how large.
+/// Bounding spheres of shapes defined by control points.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace bob {
 
-/// The sphere about the centre of the box around all of `each_ball`, which reaches to the farthest of them. It calls what it
-/// is given with (x, y, z) and a radius for every ball.
+/// The sphere around all balls, about the centre of their box. `each_ball` calls its argument with (x, y, z) and a
+/// radius for every ball.
 template <class EachBall>
 Sphere sphere_around(EachBall each_ball) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -23,7 +23,7 @@ Sphere sphere_around(EachBall each_ball) {
     });
     Sphere sphere;
     double* const center = sphere.center;
-    for (int axis = 0; axis < 3; ++axis) center[axis] = low[axis] / 2 + high[axis] / 2;  // the sum could leave the range
+    for (int axis = 0; axis < 3; ++axis) center[axis] = low[axis] / 2 + high[axis] / 2;  // the sum could overflow
     double farthest = 0;
     each_ball([&](const double* p, double radius) {
         const double x = p[0] - center[0], y = p[1] - center[1], z = p[2] - center[2];

@@ -174,11 +174,11 @@ TEST(colors_follow_their_shapes) {
     const auto rounded = std::get<bob::Sdf>(bob::call_method(ball, "k", std::vector{number(0.5)}, {}).value);
     CHECK_EQ(made("color", {{rounded}, blue}).k.value_or(0), 0.5);
     CHECK(rounded.color == ball.color);
-    check_says(refusal("color", {{ball}, {std::string("red")}}), "color: c: expected #rrggbb or 3 numbers, got \"red\"");
+    check_says(refusal("color", {{ball}, {std::string("rot")}}), "color: c: expected #rrggbb, a CSS name or 3 numbers, got \"rot\"");
     check_says(refusal("color", {{ball}, list({number(1), number(2), number(0)})}), "color: c: expected numbers in 0..1, got (1, 2, 0)");
-    check_says(refusal("color", {{ball}, list({number(1), number(0)})}), "color: c: expected #rrggbb or 3 numbers, got a list of 2 numbers");
-    check_says(refusal("color", {{ball}, number(1)}), "color: c: expected #rrggbb or 3 numbers, got a number");
-    check_says(refusal("color", {{ball}, {std::string("a\nb")}}), "color: c: expected #rrggbb or 3 numbers, got a string");
+    check_says(refusal("color", {{ball}, list({number(1), number(0)})}), "color: c: expected #rrggbb, a CSS name or 3 numbers, got a list of 2 numbers");
+    check_says(refusal("color", {{ball}, number(1)}), "color: c: expected #rrggbb, a CSS name or 3 numbers, got a number");
+    check_says(refusal("color", {{ball}, {std::string("a\nb")}}), "color: c: expected #rrggbb, a CSS name or 3 numbers, got a string");
 }
 
 TEST(operations_suit_the_dimensions_of_the_first_model) {

@@ -278,7 +278,7 @@ TEST(script_colors) {
     CHECK((*sdf.color)(1.5, 0, 0) == (std::array{0.0, 0.5, 1.0}));
     CHECK(*sdf.expression == *bob::run_script("f = sphere() | box(1).translate(X)\n").expression);
     CHECK(bob::run_script("sphere()").color == nullptr);
-    CHECK(fails("sphere().color('red')", "line 1, column 10: color: c: expected #rrggbb or 3 numbers, got \"red\""));
-    CHECK(fails("sphere().color()", "line 1, column 10: color: c: expected #rrggbb or 3 numbers, got nothing"));
+    CHECK(fails("sphere().color('rot')", "line 1, column 10: color: c: expected #rrggbb, a CSS name or 3 numbers, got \"rot\""));
+    CHECK(fails("sphere().color()", "line 1, column 10: color: c: expected #rrggbb, a CSS name or 3 numbers, got nothing"));
     CHECK(fails("f = sphere().color(2 * X)", "line 1, column 14: color: c: expected numbers in 0..1, got (2, 0, 0)"));
 }

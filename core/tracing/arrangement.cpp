@@ -20,7 +20,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// From as many on, what takes a shape's time once is worth it.
+/// Minimum number of places that repays a precomputation per shape.
 constexpr std::size_t many_places = 8;
 
 void check(double radius) {
@@ -31,7 +31,7 @@ void check(double radius) {
     throw std::invalid_argument(std::string("shapes: expected a radius that float64 holds with its reciprocal, got ") + text);
 }
 
-/// How far from a centre a shape in its place can reach, by its box; infinite where numbers can't hold it.
+/// Upper bound, from its box, of a placed shape's distance from a centre; infinite if out of range.
 double farthest_possible(const Arrangement::Place& place, const double center[3]) {
     double distance[3], largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -44,7 +44,7 @@ double farthest_possible(const Arrangement::Place& place, const double center[3]
     return reach < infinity ? reach : infinity;
 }
 
-/// f(i) for each place, from several threads; a few are left to the threads of each.
+/// Calls f(i) for each place, from several threads; with few places, each call has the threads to itself.
 template <class F>
 void for_places(std::size_t count, F f) {
     const auto some = [&](std::size_t begin, std::size_t end) {
@@ -88,9 +88,9 @@ void Arrangement::measure() {
             box.high[axis] = std::max(box.high[axis], place.bounds.high[axis]);
         }
     }
-    for (int axis = 0; axis < 3; ++axis) sphere_.center[axis] = box.low[axis] / 2 + box.high[axis] / 2;  // no overflow
+    for (int axis = 0; axis < 3; ++axis) sphere_.center[axis] = box.low[axis] / 2 + box.high[axis] / 2;  // avoids overflow
 
-    // The farthest first, as far as boxes show it, until the rest can't reach as far.
+    // The farthest boxes first, until the rest cannot reach as far.
     std::vector<double> reach(places_.size()), radius(places_.size());
     for_places(places_.size(), [&](std::size_t i) { reach[i] = farthest_possible(places_[i], sphere_.center); });
     std::vector<std::size_t> order(places_.size());
@@ -131,10 +131,10 @@ Scene Arrangement::scene(std::span<const Digest> digests) const {
     return Scene(std::move(instances));
 }
 
-/// From the unit sphere to the coordinates in which rays meet the shape.
+/// The map from the unit sphere to the coordinates of the shape.
 AffineMap Arrangement::to_shape(const Place& place) const {
     const AffineMap from_here = to_unit_sphere(place.shape->sphere()) * inverse(place.transform);
-    if (from_here == to_unit_sphere(sphere_)) return {};  // to the bit, which the product below is not
+    if (from_here == to_unit_sphere(sphere_)) return {};  // exactly; the product below is not
     return from_here * from_unit_sphere(sphere_);
 }
 

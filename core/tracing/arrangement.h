@@ -1,4 +1,4 @@
-/// Shapes as users place them, in any units: how far they reach, and the scene that rays meet.
+/// Shapes as users place them, in any units: their extent, and the scene for rays.
 #pragma once
 
 #include <memory>
@@ -13,14 +13,14 @@ namespace bob {
 
 struct Placed {
     std::shared_ptr<const Shape> shape;  // may be placed several times
-    AffineMap transform;                 // from the shape's own units to the arrangement's; not singular
+    AffineMap transform;                 // from the shape's units to the arrangement's; not singular
     Material material;
 };
 
 class Arrangement {
 public:
-    /// Measures the shapes, each once in a place. Throws std::invalid_argument where there is none, or where all of them lie
-    /// in one point or beyond what numbers hold.
+    /// Measures each shape once per place. Throws std::invalid_argument if there are no shapes, if all lie in one
+    /// point, or if they exceed the range of numbers.
     explicit Arrangement(std::vector<Placed> shapes);
 
     /// About the centre of the common bounding box, to the farthest point.
@@ -29,12 +29,12 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
     [[nodiscard]] const Bounds& bounds(std::size_t i) const { return places_[place_[i]].bounds; }
 
-    /// Prepares the shapes, and puts them in the unit sphere, in the order of their digests if there are any.
+    /// Prepares the shapes and maps them to the unit sphere, in the order of `digests` if given.
     [[nodiscard]] Scene scene(std::span<const Digest> digests = {}) const;
 
     [[nodiscard]] const Placed& operator[](std::size_t i) const { return shapes_[i]; }
 
-    /// A shape in one place, where it may stand in several materials.
+    /// A shape in one place, possibly with several materials.
     struct Place {
         const Shape* shape;
         AffineMap transform;

@@ -6,7 +6,7 @@
 namespace bob {
 namespace {
 
-/// As Python writes a tuple.
+/// In Python's notation for a tuple.
 std::string text_of(std::span<const std::size_t> shape) {
     std::string text = "(";
     for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);
@@ -30,7 +30,7 @@ Digest instance_digest(const Digest& shape, const AffineMap& transform, const Ma
     hash.update(std::as_bytes(std::span(shape)));
     for (const auto& row : transform.row) hash.update(std::as_bytes(std::span(row)));
     hash.update(std::as_bytes(std::span(last_row))).update(std::as_bytes(std::span(material)));
-    if (m.is_physical() || m.emits()) hash.update(std::as_bytes(std::span(physical)));  // others keep the order that they had
+    if (m.is_physical() || m.emits()) hash.update(std::as_bytes(std::span(physical)));  // else the established order stays
     return hash.digest();
 }
 

@@ -1,5 +1,5 @@
-/// The canonical order of instances, by SHA-256 of what they are: pictures don't depend on the order in which users give
-/// them, not even where surfaces coincide.
+/// The canonical order of instances, by SHA-256 of their contents. Pictures do not depend on the order given by users,
+/// even where surfaces coincide.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,22 @@
 
 namespace bob {
 
-/// An array that a shape is made of, as files hold it.
+/// An array of a shape, as in files.
 struct ShapeTensor {
     std::string_view name;
-    std::string_view dtype;  // as numpy writes it: <f8
+    std::string_view dtype;  // in numpy's notation: <f8
     std::vector<std::size_t> shape;
     std::span<const std::byte> bytes;
 };
 
-/// What a shape is: its kind, and its tensors in the order of their names.
+/// The digest of a shape: of its kind, and of its tensors ordered by name.
 class ShapeDigest {
 public:
     explicit ShapeDigest(std::string_view kind) { hash_.update(kind); }
 
     void add(const ShapeTensor& tensor);
 
-    /// A text in a tensor's place.
+    /// Adds a text as a tensor.
     void add(std::string_view name, std::string_view text);
 
     [[nodiscard]] Digest digest() const { return hash_.digest(); }
@@ -38,10 +38,10 @@ private:
     Sha256 hash_;
 };
 
-/// What can be seen of an instance: the shape, its transform, which counts as a 4x4 matrix, and its material's numbers.
+/// The digest of an instance's appearance: the shape, its transform as a 4x4 matrix, and its material's numbers.
 [[nodiscard]] Digest instance_digest(const Digest& shape, const AffineMap& transform, const Material& material);
 
-/// Which of the instances, by their digests, comes first, second, ..; equal ones stay in their order.
+/// Indices of the instances, sorted by digest; equal ones keep their order.
 [[nodiscard]] std::vector<std::uint32_t> canonical_order(std::span<const Digest> digests);
 
 }  // namespace bob

@@ -1,5 +1,5 @@
-/// Materials, and how they are shaded under a headlight: Blinn-Phong, or by metallicity and roughness. CONVENTIONS.md has the
-/// formulas and constants.
+/// Materials and their shading under a headlight: Blinn-Phong, or metallic-roughness. CONVENTIONS.md has the formulas
+/// and constants.
 #pragma once
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 
 namespace bob {
 
-/// As users give it; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
+/// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
 struct Material {
-    double color[3] = {1, 1, 1};  // linear RGB, 0..1, which the shape's own colours are multiplied by
+    double color[3] = {1, 1, 1};  // linear RGB, 0..1, multiplied by the shape's own colours
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;  // of Blinn-Phong
-    double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a roughness below 0 chooses Blinn-Phong
-    double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to what is reflected
+    double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a negative roughness selects Blinn-Phong
+    double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to reflected light
 
     [[nodiscard]] bool is_physical() const { return roughness >= 0; }
     [[nodiscard]] bool emits() const { return emissive[0] > 0 || emissive[1] > 0 || emissive[2] > 0; }
@@ -26,23 +26,22 @@ struct Material {
     [[nodiscard]] static Vec3 rounded(const double (&rgb)[3]) { return {rounded(rgb[0]), rounded(rgb[1]), rounded(rgb[2])}; }
 };
 
-/// Direction to the light along the camera's axes before it is normalised: slightly up and left of the camera.
+/// Unnormalised direction to the light along the camera's axes: slightly up and left of the camera.
 constexpr Vec3 light_direction{-0.3f, 0.4f, 1};
 
-/// The light as a surface has it: unit directions in its screen space, z towards the eye.
+/// The light at a surface: unit directions in its screen space, z towards the eye.
 struct Light {
     Vec3 direction = normalized(light_direction);
-    Vec3 half = normalized(direction + Vec3{0, 0, 1});  // between that and the eye
+    Vec3 half = normalized(direction + Vec3{0, 0, 1});  // halfway to the eye
 
-    /// As it is for eyes far away, and everywhere in orthographic pictures.
+    /// For distant eyes, and everywhere in orthographic pictures.
     static const Light& of_the_camera() {
         static const Light light;
         return light;
     }
 };
 
-/// What light does at a surface with unit `normal` in screen space: body times the surface's colour, and a highlight that is white
-/// whatever that is.
+/// Reflection at a surface with unit `normal` in screen space: body times the surface's colour, plus a white highlight.
 struct BlinnPhong {
     float body, highlight;
 
@@ -55,14 +54,14 @@ struct BlinnPhong {
     }
 };
 
-/// Linear RGB of a surface of a colour, unbounded, by the model of glTF 2.0 (appendix B): a microfacet distribution by Trowbridge and
-/// Reitz, Smith's masking and Schlick's Fresnel, under the headlight and the same light from everywhere. What that light gives,
-/// the microfacets' integral over all directions, is Karis' fit ("Physically Based Shading on Mobile", 2014).
+/// Unclamped linear RGB of a surface by the model of glTF 2.0 (appendix B): Trowbridge and Reitz's microfacet
+/// distribution, Smith's masking and Schlick's Fresnel, under the headlight and uniform surroundings. Karis' fit
+/// ("Physically Based Shading on Mobile", 2014) gives the integral of the microfacets over all directions.
 inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Light& light) {
     constexpr float pi = 3.14159265f;
-    constexpr float headlight = 0.6f, surroundings = 0.3f;  // of white and rough: nearly what Blinn-Phong has by default
+    constexpr float headlight = 0.6f, surroundings = 0.3f;  // a white rough surface is close to Blinn-Phong's default
     const float metallic = Material::rounded(material.metallic);
-    const float roughness = std::max(0.045f, Material::rounded(material.roughness));  // else the highlight is a point
+    const float roughness = std::max(0.045f, Material::rounded(material.roughness));  // otherwise the highlight is a point
     const float a2 = roughness * roughness * roughness * roughness;
     const float nv = std::max(normal.z, 1e-4f), nl = std::max(0.f, dot(normal, light.direction));
     const float nh = std::max(0.f, dot(normal, light.half)), vh = light.half.z;
@@ -70,13 +69,13 @@ inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Li
     const Vec3 dielectric{0.04f, 0.04f, 0.04f};
     const Vec3 body = (1 - metallic) * color, f0 = (1 - metallic) * dielectric + metallic * color;
 
-    const Vec3 aside = cross(normal, light.half);  // of the square 1 - nh * nh, which would lose digits in the highlight
+    const Vec3 aside = cross(normal, light.half);  // its square is 1 - nh * nh, which would lose digits in the highlight
     const float spread = a2 * nh * nh + dot(aside, aside), distribution = a2 / (pi * spread * spread);
     const auto shadowed = [=](float x) { return x + std::sqrt(a2 + (1 - a2) * x * x); };
     const float visibility = 1 / (shadowed(nl) * shadowed(nv));
     const float beside = 1 - vh, schlick = beside * beside * beside * beside * beside, facets = nl > 0 ? distribution * visibility : 0;
 
-    // Karis' fit: what of the surroundings is reflected, f0 times the first and the second.
+    // Karis' fit: the reflected surroundings are f0 times the first plus the second.
     const float r0 = 1 - roughness, r1 = 0.0425f - 0.0275f * roughness, r2 = 1.04f - 0.572f * roughness;
     const float r3 = 0.022f * roughness - 0.04f;
     const float falloff = std::min(r0 * r0, std::exp2(-9.28f * nv)) * r0 + r1;
@@ -91,13 +90,13 @@ inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Li
     return result;
 }
 
-/// What a surface looks like.
+/// The shade of a surface.
 struct Shade {
     Vec3 color;  // linear RGB, 0..1
-    float gray;  // the luminance of the same before it is clamped, clamped
+    float gray;  // luminance before clamping, clamped
 };
 
-/// Of a surface with unit `normal` in screen space, and of its own `color`, as that of the material.
+/// Of a surface with unit `normal` in screen space, the surface's `color` and a material.
 inline Shade shaded(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
     Shade shade;
     if (material.is_physical()) {

@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// Null of an order that has no rounds.
+/// Null for an order without rounds.
 std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
     if (order == "adaptive") return std::make_unique<AdaptiveOrder>(seed, height, width);
     if (order == "squares") return std::make_unique<SquaresOrder>(height, width);
@@ -18,8 +18,9 @@ std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t se
     return nullptr;
 }
 
-/// Of more than this share of the pixels, in percent, rays in rounds take longer than all of them in tiles: of 640x480, 60 % take .9 to
-/// 1.3 of the time of all and 95 % take 1.25 to 1.5, so 1 to 1.3, by what deciding takes. With fewer, formulas take longer so.
+/// Above this percentage of the pixels, tracing all of them in tiles is faster than rounds. At 640x480, rounds of 60 %
+/// take .9 to 1.3 of the time of all pixels in tiles, and 95 % take 1.25 to 1.5. All in tiles, plus the decisions, take
+/// 1 to 1.3. Below this share, formulas are faster in rounds.
 constexpr std::size_t dear_share = 60;
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// A shape and the map that places it, as a key of hashed containers.
+/// A placed shape, as a key of hashed containers.
 #pragma once
 
 #include <array>

@@ -14,27 +14,27 @@
 namespace bob {
 namespace {
 
-// More than rounding can move a hit across the face of its instance's box: origins and boxes are about 1 in size.
+// More than rounding can move a hit past the face of its instance's box. Origins and boxes are about 1 in size.
 constexpr float box_margin = 1e-5f;
 
-// A round is as many rays as make this many entrances, or just more: memory stays bounded where thousands of boxes lie
-// behind each other. Four times as many are no faster.
+// A round has enough rays to make this number of entrances, or slightly more. Memory stays bounded where thousands of
+// boxes overlap. Four times the number is no faster.
 constexpr std::size_t entrances_at_once = 1 << 16;
 
-/// The entrances of one instance: the rays to test against it.
+/// The rays that enter an instance's box.
 struct Group {
     std::uint32_t instance;
-    float nearest;             // the least t of them
-    std::size_t begin, count;  // among all entrances
+    float nearest;             // their minimum t
+    std::size_t begin, count;  // range in the entrances
 };
 
-/// What a batch of rays needs. Each thread keeps one from call to call.
+/// The memory for a batch of rays. Each thread keeps one between calls.
 struct Batch {
     std::vector<Entrance> entrances, grouped;
     std::vector<Group> groups;
-    std::vector<std::size_t> slots;  // of each instance; all 0 but while entrances are grouped
+    std::vector<std::size_t> slots;  // per instance; all 0 except while grouping
 
-    // The rays to test against one shape, or that hit it.
+    // The rays to test against one shape, later the rays that hit it.
     std::vector<float> start;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
@@ -53,8 +53,8 @@ struct Batch {
         return batch;
     }
 
-    /// Groups the first `count` entrances by instance, nearest groups first, and keeps the order of rays within each.
-    /// Instances that no ray enters cost nothing. All may be of one instance.
+    /// Groups the first `count` entrances by instance, nearest groups first, and keeps the order of rays in each group.
+    /// Instances that no ray enters cost nothing. `is_one`: all belong to one instance.
     void group(std::size_t count, bool is_one) {
         groups.clear();
         if (is_one && count) {
@@ -87,7 +87,7 @@ struct Batch {
     }
 };
 
-/// Whether rays stay finite under a map. Where they don't, the shape is too small to be seen.
+/// Whether rays stay finite under a map; if not, the shape is too small to be visible.
 bool fits_float(const AffineMap& map) {
     bool fits = true;
     for (const auto& row : map.row) {
@@ -96,8 +96,8 @@ bool fits_float(const AffineMap& map) {
     return fits;
 }
 
-/// Whether a map makes a box, given by its squared diagonal, many times as long as the shape's sphere. Of shapes that are
-/// placed without much stretching, it is up to 6 by this measure.
+/// Whether a map makes a box, given by its squared diagonal, many times as long as the shape's sphere. For shapes
+/// placed without much stretching this ratio is at most 6.
 bool is_flattened(const AffineMap& map, float squared_diagonal) {
     constexpr double many = 32;
     double squares = 0;
@@ -105,7 +105,7 @@ bool is_flattened(const AffineMap& map, float squared_diagonal) {
     return squares * double{squared_diagonal} > many * many;
 }
 
-/// A t of a ray shortly before it comes to the sphere that a map takes to the unit sphere, at least 0.
+/// A t slightly before the ray enters the sphere that `map` takes to the unit sphere; at least 0.
 float before_unit_sphere(const AffineMap& map, const Ray& ray) {
     double squared = 0, along = 0;
     for (const auto& r : map.row) {
@@ -120,8 +120,8 @@ float before_unit_sphere(const AffineMap& map, const Ray& ray) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
-/// Puts the rays of entrances into the batch, in the shape's coordinates, each from its start in the batch on. Directions keep
-/// the map's scale, so that t counts alike.
+/// Transforms the rays of entrances to the shape's coordinates, each from its start in the batch on. Directions keep
+/// the map's scale, so that t is the same in both.
 void take_rays(const Instance& instance, bool moved, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
     if (!moved) {
         for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
@@ -136,8 +136,8 @@ void take_rays(const Instance& instance, bool moved, std::span<const Entrance> e
     }
 }
 
-/// Intersects a group's rays with its instance, except those that hit another before they enter the box. Results don't
-/// depend on the order of groups; the work does.
+/// Intersects a group's rays with its instance, except rays with a hit nearer than the box. The order of groups affects
+/// the work, not the results.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
@@ -149,7 +149,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
     for (std::size_t j = 0; j < group.count; ++j) {
         const Entrance entrance = entrances[j];
         if (entrance.t > hits[entrance.ray].t) continue;
-        // From a box' size before it on, since shapes want origins that are not many of their sizes away.
+        // Starts one box size before the box: shapes want origins within a few of their sizes.
         const Vec3 direction = rays[entrance.ray].direction;
         const float squared = dot(direction, direction);
         const bool is_far = moved && entrance.t * entrance.t * squared > size;
@@ -163,7 +163,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
         if (batch.hits[j].primitive == no_primitive) continue;
-        // No sooner than its box, whatever rounding does: else a hit could hide from one order and not from another.
+        // No nearer than its box, despite rounding: otherwise a hit might depend on the order of groups.
         const float t = std::max(entrances[j].t, batch.start[j] + batch.hits[j].t);
         SceneHit& hit = hits[entrances[j].ray];
         if (t < hit.t || (t == hit.t && group.instance < hit.instance)) {
@@ -172,8 +172,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
     }
 }
 
-/// Calls `use` for each instance that was hit, with the rays that hit it, which the batch has in the shape's coordinates
-/// together with their hits.
+/// Calls `use` for each instance with hits; the batch holds its rays, in the shape's coordinates, and their hits.
 template <class Use>
 void for_each_group(std::span<const Instance> instances, std::span<const Ray> rays, std::span<const SceneHit> hits, Use use) {
     Batch& batch = Batch::of_this_thread(rays.size(), instances.size(), rays.size());
@@ -207,7 +206,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
         has_colored_shapes_ = has_colored_shapes_ || instance.shape->is_colored();
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
-        // Of a shape in one place, the first is seen wherever another is.
+        // Of equal shapes in the same place, only the first is ever visible.
         if (!places.insert({instance.shape.get(), instance.to_shape}).second) continue;
         boxes.push_back({instance.low, instance.high});
         visible.push_back(k);
@@ -220,7 +219,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
 }
 
 void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
-    if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; else they take a tenth longer
+    if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; without this they take a tenth longer
         Batch& batch = Batch::of_this_thread(rays.size(), 0, 0);
         instances_[0].shape->closest_hits(rays, {batch.hits.data(), rays.size()});
         for (std::size_t i = 0; i < rays.size(); ++i) {

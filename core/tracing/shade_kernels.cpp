@@ -5,7 +5,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// The light in the screen space of some columns of a row, as `Projection::turned` has it.
+/// The light in the screen space of a vector of columns, as `Projection::turned`.
 inline Vector3 light_at(const Eye& eye, const Vector3& light, float row, F column) {
     const F across = (column - constant(eye.middle_column)) / constant(eye.pixels_per_radius);
     const F above = constant((eye.middle_row - row) / eye.pixels_per_radius);

@@ -1,5 +1,5 @@
-/// The inner loop of shading rows of a picture anew, one variant for each instruction set; all give the same bits. It reads and writes in
-/// whole vectors, up to 15 numbers beyond the end.
+/// Inner loop of deferred shading, one variant for each instruction set, with identical results to the bit. Reads and
+/// writes whole vectors, up to 15 numbers past the end.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 namespace bob {
 
-/// Of Blinn and Phong's model, with a whole number as the shininess.
+/// Blinn-Phong with an integer shininess.
 struct WholePhong {
     float ambient, diffuse, specular;
     unsigned shininess;
 };
 
 struct ShadeKernels {
-    /// `BlinnPhong` of normals of a row, from its first column on; `light` is that of the camera's own axes.
+    /// `BlinnPhong` for the normals of a row, from its first column on; `light` is in the camera's axes.
     void (*blinn_phong)(const Eye& eye, const WholePhong& phong, Vec3 light, int row, int first, int count, const float* normal_x, const float* normal_y,
                         float* body, float* highlight);
 };

@@ -18,47 +18,47 @@
 namespace bob {
 namespace {
 
-/// What a ray met first, as the channels need it.
+/// The first surface along a ray, with the values for the channels.
 struct Surface {
-    Vec3 normal;  // unit length, in screen space, not turned away from the camera
+    Vec3 normal;  // unit length, in screen space, facing the camera
     float depth;
     std::uint32_t instance;
-    Vec3 color;  // of the shape and its material together
+    Vec3 color;  // of the shape times the material
     const Material* material;
     const Light* light;
 };
 
 Vec3 facing_normal(Vec3 normal) {
-    // Near silhouettes smooth normals lean away from the camera a little: to the eye, edge-on.
+    // Near silhouettes, interpolated normals lean slightly away from the camera: clamp them to edge-on.
     if (normal.z < 0) normal.z = 0;
     normal = normalized(normal);
     return dot(normal, normal) == 0 ? Vec3{0, 0, 1} : normal;
 }
 
-/// The light, which is at infinity and stands still before the camera, as it is on the screen there.
+/// The directional light, fixed to the camera, in the screen space of a pixel.
 Light light_at(const Projection& projection, float row, float column) {
     const Vec3 direction = projection.turned(Light::of_the_camera().direction, row, column);
     return {direction, normalized(direction + Vec3{0, 0, 1})};
 }
 
-/// A pixel, and its number among those to trace.
+/// A pixel, and its index in the list to trace.
 struct Numbered {
     Pixel pixel;
     std::uint32_t number;
 };
 
-/// Rays to trace together, what they meet, and which samples they are for.
+/// Rays traced together, their hits, and the indices of their samples.
 struct Batch {
     std::vector<Numbered> pixels;
     std::vector<Ray> rays;
     std::vector<SceneHit> hits;
     std::vector<Vec3> normals, colors;
-    std::vector<float> widths;      // of the pixels where the rays hit
-    std::vector<Surface> surfaces;  // of those that hit
+    std::vector<float> widths;      // pixel footprints of the hits
+    std::vector<Surface> surfaces;  // of the hits
     std::vector<std::size_t> sample;
-    std::vector<Light> lights;      // of these, where they differ
+    std::vector<Light> lights;      // per surface, if they differ
 
-    /// Each thread keeps one from call to call.
+    /// Each thread keeps one between calls.
     static Batch& of_this_thread(std::size_t most_rays) {
         Batch& batch = thread_memory<Batch>();
         if (batch.rays.size() < most_rays) {
@@ -75,7 +75,7 @@ void put(Vec3 rgb, float* to) { to[0] = rgb.x, to[1] = rgb.y, to[2] = rgb.z; }
 
 Vec3 product(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
-/// Writes one channel of the first `count` surfaces to their samples, of `width` numbers, from a place in each on.
+/// Writes one channel of the first `count` surfaces to their samples, `width` numbers each, at `place`.
 using Write = void (*)(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place);
 
 template <auto write>
@@ -100,7 +100,7 @@ Write writer_of(const Channel& channel) {
     throw std::invalid_argument("the tracer has no channel " + std::string(channel.name));
 }
 
-/// Writes gray and color, whose light is the same: each from its place in a sample on, or not if that is below 0.
+/// Writes gray and color, which share the lighting, each at its place in a sample; not if that is negative.
 void write_shades(const Batch& batch, std::size_t count, float* samples, std::size_t width, int gray, int color) {
     if (gray < 0 && color < 0) return;
     for (std::size_t i = 0; i < count; ++i) {
@@ -112,7 +112,7 @@ void write_shades(const Batch& batch, std::size_t count, float* samples, std::si
     }
 }
 
-/// The place of each of 8 x 8 cells, row by row, along Hilbert's curve.
+/// The position of each of 8 x 8 cells, row by row, along Hilbert's curve.
 constexpr std::array<std::uint8_t, 64> along_hilbert_curve = [] {
     std::array<std::uint8_t, 64> places{};
     for (unsigned cell = 0; cell < places.size(); ++cell) {
@@ -130,9 +130,9 @@ constexpr std::array<std::uint8_t, 64> along_hilbert_curve = [] {
     return places;
 }();
 
-/// The pixels, so that neighbours come one after the other: tile by tile of the image, of all pixels in tiles of 8 x 8, of fewer
-/// in tiles that hold 16 to 64 of them on average; within tiles as they come if they come by tiles, else along a curve. This
-/// thread keeps them until the next call.
+/// Sorts pixels by tiles, so that neighbours follow each other. All pixels: tiles of 8 x 8; fewer: tiles with 16 to 64
+/// of them on average. Inside tiles, pixels keep their order if they come by tiles, else follow a curve. The result
+/// lives until this thread's next call.
 std::span<const Numbered> by_tiles(std::span<const Pixel> pixels, int height, int width) {
     const double area = static_cast<double>(height) * width, count = static_cast<double>(pixels.size());
     int log2 = 3;
@@ -164,7 +164,7 @@ std::span<const Numbered> by_tiles(std::span<const Pixel> pixels, int height, in
     return by_tile;
 }
 
-/// Traces pixels, batch by batch, to samples.
+/// Traces pixels to samples, batch by batch.
 class Tracing {
 public:
     Tracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout)
@@ -178,9 +178,9 @@ public:
 
     [[nodiscard]] std::size_t components() const { return missed_.size(); }
 
-    /// Writes the samples of a batch, each in its place by its number.
+    /// Writes each sample of a batch at its index.
     void operator()(std::span<const Numbered> pixels, float* samples) const {
-        constexpr std::size_t ahead = 16;  // samples, which are rarely in the cache where pixels are sorted
+        constexpr std::size_t ahead = 16;  // samples; sorted pixels rarely find them in the cache
         Batch& batch = Batch::of_this_thread(pixels.size());
         std::size_t count = 0, found = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -227,7 +227,7 @@ private:
     const Scene& scene_;
     Projection projection_;
     std::vector<std::pair<std::size_t, Write>> writers_;
-    int gray_, color_;  // places in a sample, or below 0
+    int gray_, color_;  // places in a sample, or negative
     std::vector<float> missed_;
 };
 
@@ -276,7 +276,7 @@ void Shading::operator()(int row) const {
     const std::size_t first = static_cast<std::size_t>(row) * width_, end = first + width_;
     std::fill(gray_ + first, gray_ + end, 0.f);
     for (std::size_t k = 0; color_ && k < 3; ++k) std::fill(color_ + k * pixels_ + first, color_ + k * pixels_ + end, 0.f);
-    // All that is of one instance at once, and the gaps between.
+    // Runs of pixels of one instance, and the gaps between them.
     for (std::size_t i = first; i < end;) {
         if (depth_[i] == 0) {
             ++i;

@@ -1,4 +1,4 @@
-/// From pixels to samples: one ray each.
+/// From pixels to samples: one ray per pixel.
 #pragma once
 
 #include <cstddef>
@@ -12,20 +12,23 @@
 
 namespace bob {
 
-/// Traces the centres of the pixels, which lie in the image, in any order: it traces neighbours together whatever theirs is.
-/// The scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins with the mask, in whose place
-/// stands whether the ray hit. A pixel's sample does not depend on the thread that traces it, nor on the other pixels. Throws
-/// std::invalid_argument if the tracer has no such channel.
+/// Traces the centres of pixels inside the image, given in any order; neighbours are traced together.
+///
+/// The scene lies within the unit sphere. `samples` is (n, layout.width()). The layout begins with the mask, here 1 for
+/// a hit and 0 for a miss. A pixel's sample does not depend on the thread or on the other pixels. Throws
+/// std::invalid_argument if the tracer lacks a channel.
 void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Layout& layout, float* samples);
 
-/// Traces pixels into planes, (layout.width(), height, width): each thread scatters its own rays, while they are in its cache.
+/// Traces pixels into planes, (layout.width(), height, width): each thread scatters its samples while they are in its
+/// cache.
 void trace_into(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
                 const Layout& layout, float* planes);
 
-/// Shades rows of a picture anew, for a camera, of which another one has seen the surfaces: writes gray, of the normal and the instance,
-/// wherever the planes, (layout.width(), height, width), hold a hit, and 0 elsewhere. A layout with color has albedo as well, which
-/// is shaded then; without it, shapes are taken to have no colours of their own.
+/// Shades rows of a reprojected picture again, for the current camera.
+///
+/// Writes gray, from the normal and the instance, where the planes, (layout.width(), height, width), hold a hit, and 0
+/// elsewhere. A layout with color also has albedo, which is shaded; otherwise shapes are treated as white.
 class Shading {
 public:
     Shading(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes);
@@ -33,7 +36,7 @@ public:
     void operator()(int row) const;
 
 private:
-    /// From a place in the planes on, all of one material.
+    /// From an offset in the planes on, for pixels of one material.
     void shade(const Material& material, int row, int column, int count) const;
     void shade_alike(const Material& material, int row, int column, int count) const;
 
@@ -43,7 +46,7 @@ private:
     std::size_t width_, pixels_;
     const float *depth_, *normal_x_, *normal_y_, *instance_;
     const float* albedo_;    // or null
-    float *gray_, *color_;   // the latter or null
+    float *gray_, *color_;   // color or null
 };
 
 }  // namespace bob

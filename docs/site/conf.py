@@ -1,5 +1,7 @@
-"""The documentation as a site, by `make docs`: the files that are read in the repository, the reference of all public
-names from their docstrings, the commands from their own help, and the page itself, live.
+"""The documentation site, built by `make docs`.
+
+It has the repository's documents, the API reference from docstrings, the commands from their help texts, and the live
+page.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from bobrossnet.page.files import page_files
 project = "BobRossNet"
 version = release = bobrossnet.__version__
 
-# The source is the whole repository, so that links between its files hold.
+# The source is the whole repository, so that links between its files stay valid.
 root_doc = "docs/site/index"
 include_patterns = [
     "README.md",
@@ -33,9 +35,9 @@ include_patterns = [
     "docs/site/*.md",
     "src/bobrossnet/weights/*.md",
 ]
-exclude_patterns = [".venv", "build", "dist", "out"]  # which Sphinx would search, along their links
+exclude_patterns = [".venv", "build", "dist", "out"]  # Sphinx would search them, following links
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-suppress_warnings = ["ref.python", "myst.header"]  # words for types in docstrings; parts of other documents
+suppress_warnings = ["ref.python", "myst.header"]  # types in docstrings; sections of other documents
 
 myst_heading_anchors = 4
 napoleon_google_docstring = False
@@ -51,12 +53,12 @@ html_theme_options = {
     "header_links_before_dropdown": 6,
     "secondary_sidebar_items": ["page-toc"],
 }
-html_sidebars = {"**": []}  # the top has all documents
+html_sidebars = {"**": []}  # the top bar lists all documents
 html_show_sourcelink = False
 
 
 class Commands(SphinxDirective):
-    """What each command's --help says."""
+    """Lists the output of --help of each command."""
 
     def run(self) -> list[nodes.Node]:
         shown: list[nodes.Node] = []
@@ -70,7 +72,7 @@ class Commands(SphinxDirective):
 
 
 def add_page(app: Sphinx, error: Exception | None) -> None:
-    """Put the page beside the documents, and have the site begin with its first."""
+    """Add the page to the documents, and make the first document the site's start page."""
     if error is None and app.builder.format == "html":
         out = Path(app.outdir)
         with page_files() as files:
@@ -81,7 +83,7 @@ def add_page(app: Sphinx, error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Called by Sphinx."""
+    """Register the extension with Sphinx."""
     app.add_directive("commands", Commands)
     app.connect("build-finished", add_page)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -8,7 +8,7 @@
 
 from typing import Any
 
-# Before all else: a sub-interpreter is refused, and Ctrl-C ends the imports of the command quietly.
+# Imported first: it refuses sub-interpreters and keeps Ctrl-C during imports quiet.
 from bobrossnet.command_line import starting  # noqa: F401
 
 # isort: split
@@ -24,6 +24,7 @@ from bobrossnet.metrics import psnr, ssim
 from bobrossnet.onnx import export
 from bobrossnet.page.notebooks import register, view
 from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.files import save
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
@@ -32,6 +33,7 @@ from bobrossnet.pictures.filming import Film, orbit
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
+from bobrossnet.pictures.sheets import sheet
 from bobrossnet.pictures.thumbnails import thumbnails
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
@@ -89,8 +91,10 @@ __all__ = [
     "progressive",
     "psnr",
     "render",
+    "save",
     "save_scene",
     "set_thread_count",
+    "sheet",
     "ssim",
     "thread_count",
     "thumbnails",

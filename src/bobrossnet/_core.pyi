@@ -111,7 +111,7 @@ def vm_solid(formula: Expression) -> tuple[Expression, F64 | None, bool]:
     """The solid of a .vm file's formula, where to look for it, and whether that cuts it."""
 
 def linear_color(text: str) -> list[float] | None:
-    """Linear RGB of "#rrggbb" or "#rgb"; None of another text."""
+    """Linear RGB of "#rrggbb", "#rgb" or a CSS color name; None of another text."""
 
 class Material:
     """`color` is linear RGB."""

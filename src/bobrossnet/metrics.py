@@ -1,4 +1,4 @@
-"""How close a picture is to its reference: SSIM and PSNR in numpy, FLIP by its authors' package."""
+"""Image quality metrics: SSIM and PSNR in numpy, FLIP by its authors' package."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ C2 = 0.03**2
 
 
 def ssim(image: Any, reference: Any) -> float:
-    """Return the mean structural similarity of two pictures, 1 where they are equal.
+    """Return the mean structural similarity of two pictures; equal pictures score 1.
 
     Parameters
     ----------
     image, reference : (H, W) floats in 0..1
-        H and W of at least 11.
+        Both sides at least 11 pixels.
 
     Returns
     -------
@@ -41,13 +41,13 @@ def ssim(image: Any, reference: Any) -> float:
     Examples
     --------
     >>> black, gray = np.zeros((16, 16)), np.full((16, 16), 0.1)
-    >>> round(ssim(gray, black), 4)  # C1 / (0.1² + C1): on black, little is much
+    >>> round(ssim(gray, black), 4)  # C1 / (0.1² + C1): over black, a small difference weighs much
     0.0099
     """
     x, y = _pictures(image, reference)
     if min(x.shape) < WINDOW:
         raise InputError(f"image: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {x.shape}")
-    # The two variances enter only as their sum, so four pictures need smoothing, not five.
+    # SSIM needs only the sum of the two variances, so four smoothed pictures suffice, not five.
     mean_x, mean_y, square, product = _smooth(np.stack([x, y, x * x + y * y, x * y]))  # (H-10, W-10) each
     mean_square, mean_product = mean_x * mean_x + mean_y * mean_y, mean_x * mean_y
     variance, covariance = square - mean_square, product - mean_product
@@ -61,7 +61,7 @@ def psnr(image: Any, reference: Any) -> float:
     Parameters
     ----------
     image, reference : (H, W) or (H, W, 3) floats in 0..1
-        Of colours the squared error is the mean of all three.
+        The squared error of a colour is the mean over its three components.
 
     Examples
     --------
@@ -74,14 +74,14 @@ def psnr(image: Any, reference: Any) -> float:
 
 
 def flip(image: Any, reference: Any) -> float:
-    """Return the mean difference that an eye sees between two pictures when they alternate: 0 none, 1 the most.
+    """Return the mean FLIP error: the difference seen when two pictures alternate, from 0 (equal) to 1.
 
     LDR-FLIP under its default viewing conditions, computed by `flip-evaluator`, which `bobrossnet[train]` installs.
 
     Parameters
     ----------
     image, reference : (H, W) gray or (H, W, 3) colours, floats in 0..1
-        Display-referred: they are taken as sRGB. What lies outside of 0..1 is clamped.
+        Display-referred, interpreted as sRGB. Values outside 0..1 are clamped.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def flip(image: Any, reference: Any) -> float:
     Examples
     --------
     >>> black, white = np.zeros((8, 8)), np.ones((8, 8))
-    >>> round(flip(white, black), 4)  # below 1, which is the difference between pure green and pure blue
+    >>> round(flip(white, black), 4)  # below 1, the difference between pure green and pure blue
     0.9674
     """
     try:
@@ -120,10 +120,10 @@ def gaussian_window() -> NDArray[np.float64]:
 
 
 def _smooth(pictures: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smooth (n, H, W) with the window, valid positions only: (n, H - 10, W - 10).
+    """Smooth (n, H, W) with the window at valid positions only: (n, H - 10, W - 10).
 
-    Shifted sums, 23 of the 34 ms that `ssim` takes at 640x480. Products with band matrices, block by block,
-    took 8 ms on an idle machine, but 1,600 ms on a busy one, where BLAS's threads wait for each other.
+    Sums of shifted pictures take 23 of the 34 ms of `ssim` at 640x480. Products with band matrices, block by
+    block, took 8 ms on an idle machine but 1,600 ms on a busy one, where BLAS threads wait for each other.
     """
     half = gaussian_window()[: WINDOW // 2 + 1]  # symmetric
     for axis in (1, 2):

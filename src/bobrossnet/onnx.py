@@ -1,4 +1,4 @@
-"""Networks as ONNX, for other people's run times. It is learn/export.py that writes them, and needs torch."""
+"""ONNX export of networks. `learn/export.py` implements it and needs torch."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from importlib.metadata import distribution
 
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write a network with its weights as ONNX. Needs the [train] extra.
+    """Write a network and its weights as an ONNX file. Needs the [train] extra.
 
-    The graph maps `gbuffer`, (N, C, H, W) float32, the planes of the network's inputs as `GBuffer.stack` has them, to
-    `gray`, (N, 1, H, W): the network's own output, not clamped, for any N, H and W. Keep the known pixels yourself.
+    The graph maps `gbuffer`, (N, C, H, W) float32, to `gray`, (N, 1, H, W), for any N, H and W. The input planes are
+    those of `GBuffer.stack` that the network reads. The output is not clamped and also replaces the traced pixels:
+    restore these yourself.
 
     Parameters
     ----------
@@ -25,4 +26,4 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
         If the weights can't be used or the file can't be written.
     """
     (point,) = distribution("bobrossnet").entry_points.select(group="bobrossnet.export", name="onnx")
-    point.load()(model, path)  # and with it torch, which nothing else here waits for
+    point.load()(model, path)  # this imports torch, which nothing else here needs

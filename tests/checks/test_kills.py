@@ -1,4 +1,4 @@
-"""Work that is killed at any moment, again and again, ends with the bytes of work that was left alone."""
+"""Work killed at random moments, repeatedly, ends with the bytes of uninterrupted work."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 from processes import COMMAND, running
 
 KILLS = int(os.environ.get("KILLS", "50"))  # of each kind of work
-TIMED = ("log.csv", "checkpoint.safetensors", "events.out")  # how the names begin of what tells how long it took
+TIMED = ("log.csv", "checkpoint.safetensors", "events.out")  # name prefixes of files that record times
 
 
 def run(*arguments: str) -> None:
@@ -22,13 +22,13 @@ def run(*arguments: str) -> None:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """The files that the same work makes again to the bit."""
+    """Return the deterministic files of the work."""
     paths = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(TIMED)]
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
 def kill_until_done(arguments: list[str], seconds: float, moments: random.Random, left: int) -> int:
-    """Start the work, kill it, and start it again until it ends or `left` kills are used; return how many were."""
+    """Start the work, kill it, and restart it until it ends or `left` kills are used; return the number of kills."""
     used = 0
     while True:
         with running([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
@@ -46,7 +46,7 @@ def kill_until_done(arguments: list[str], seconds: float, moments: random.Random
 
 
 def check_kills(arguments: list[str], place: Path, seed: int) -> None:
-    """`arguments` are those of work that writes to the folder `place`."""
+    """Check the kills of a command with `arguments`, which writes to the folder `place`."""
     start = time.monotonic()
     run(*arguments)
     seconds = time.monotonic() - start
@@ -73,7 +73,7 @@ def test_trainings(optimizer: str, tmp_path: Path) -> None:
 
 
 def test_packing(tmp_path: Path) -> None:
-    """The file is the whole new one, or there is none."""
+    """The file is either complete or absent."""
     moments, path = random.Random(3), tmp_path / "scene.bob"
     script = tmp_path / "scene.sdf"
     script.write_text("f = sphere(1) - box(1.3)\n")

@@ -1,4 +1,4 @@
-"""Machines that refuse: full disks, files of other users. Needs root, for both."""
+"""Failures of the machine: full disks, files of other users. Both need root."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to mount 
 
 
 def complaint(*arguments: str, **options: int) -> str:
-    """What the command says as it fails: one line."""
+    """Return the command's error message, one line."""
     done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=120, **options)
     assert done.returncode == 2, done.stderr
     assert done.stderr.count("\n") == 1, done.stderr

@@ -1,4 +1,4 @@
-"""What every reader promises for any bytes: a scene to trace, or one clear line; soon, and in little memory."""
+"""The contract of every reader for any bytes: a scene, or a one-line error, in bounded time and memory."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ LONGEST = 5.0
 """Seconds of the processor, for files of at most 64 KB."""
 
 MEMORY = 1 << 30
-"""Bytes beyond what the process has before; more than that is refused by the system."""
+"""Maximum bytes above the process' memory before the call; the system refuses more."""
 
 LITTLE = 1 << 26, 1.0
-"""Bytes and seconds that these may take here, instead of what users' files may: using all of that takes time."""
+"""Smaller limits in bytes and seconds than for users' files, since reaching the limits takes time."""
 
 APART = {"step", "iges", "3dm"}
-"""Formats whose libraries are run in a process of their own, since they crash on damaged files."""
+"""Formats read in a separate process, since their libraries crash on damaged files."""
 
 HERE = Path(bob.__file__).parent
 READABLE = tuple(map(str, (HERE, sys.prefix, sys.base_prefix, sys.base_exec_prefix, "/usr/lib", "/proc/self", "/sys")))
 
 
 class BrokenPromise(Exception):  # noqa: N818
-    """What a reader did with a file that no reader may do."""
+    """A violation of the contract by a reader."""
 
 
 def outcome(file: Path) -> tuple[bool, str]:
-    """Whether a file loads, and what it holds or why it does not.
+    """Return whether a file loads, and a description of its contents or the error.
 
     Raises
     ------
@@ -91,15 +91,15 @@ def _weights(file: Path) -> str:
 def _check_line(file: Path, line: str) -> None:
     if not line.isprintable() or len(line) > 600:
         raise BrokenPromise(f"said more than a line: {line[:1000]!r}")
-    # What load finds out about a shape only when it is placed has no file's name.
+    # Errors found only at a shape's placement lack the file's name.
     if not line.startswith((f"{file.name}: ", "shape: ", "shapes")):
         raise BrokenPromise(f"said a line without the file's name: {line}")
-    if "fits into memory" in line and file.suffix[1:] not in APART:  # which have limits of their own
+    if "fits into memory" in line and file.suffix[1:] not in APART:  # these have separate limits
         raise BrokenPromise(f"wanted over {MEMORY:,} bytes")
 
 
 def kind_of(line: str) -> str:
-    """A line without its numbers and quotations: those of equal kind say the same about different files."""
+    """Return a line without numbers and quotations: lines of equal kind report the same about different files."""
     line = re.sub(r"'[^']*'|\"[^\"]*\"", "'", line.partition(": ")[2] or line)
     line = re.sub(r"could not read it \((\w+).*", r"could not read it \1", line)
     return re.sub(r"got .*", "got", re.sub(r"[-+]?(?:\d[\d,.]*(?:[eE][-+]?\d+)?|nan|inf)", "0", line))[:80]
@@ -109,14 +109,14 @@ def kind_of(line: str) -> str:
 
 
 def read_here() -> None:
-    """Have the libraries that crash run in this process, which is there to be lost: starting one takes seconds."""
+    """Run crashing libraries in this disposable process: starting another one takes seconds."""
     opencascade.call_apart = rhino.call_apart = _call  # type: ignore[assignment]
     apart.SPARE_MEMORY, apart.SPARE_SECONDS = LITTLE
 
 
 @contextmanager
 def limits_kept() -> Iterator[None]:
-    """Have the process the same limits afterwards: each reader sets some."""
+    """Restore the process' limits afterwards: each reader sets some."""
     kinds = (resource.RLIMIT_DATA, resource.RLIMIT_CPU)
     before = [resource.getrlimit(kind) for kind in kinds]
     try:
@@ -127,7 +127,7 @@ def limits_kept() -> Iterator[None]:
 
 
 def _call(module: str, function: str, *arguments: str) -> Any:
-    """`adapters.apart.call_apart` without the process, with the same errors."""
+    """Replace `adapters.apart.call_apart` without a process, with the same errors."""
     try:
         with limits_kept():
             return getattr(sys.modules[module], function)(*arguments)
@@ -141,7 +141,7 @@ def _call(module: str, function: str, *arguments: str) -> Any:
 
 
 class Watch:
-    """Raises out of whatever opens a file that is neither in a folder nor part of Python, or starts a process."""
+    """Raises an error at any open of a file outside some folders and Python's files, and at any process start."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = str(folder.resolve())

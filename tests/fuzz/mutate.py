@@ -1,4 +1,4 @@
-"""Mutants of files: deterministic, of bytes, words, numbers and lines, within whatever a format wraps around them."""
+"""Deterministic mutants of files, by bytes, words, numbers and lines, inside the containers of formats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TypeAlias
 from bobrossnet.adapters.container import START, sealed
 
 LARGEST = 1 << 16
-"""Bytes of a mutant: what grows without end would only be slow."""
+"""Maximum bytes of a mutant: unbounded growth would only slow the fuzzer."""
 
 NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 WORD = re.compile(rb"[A-Za-z_][A-Za-z_0-9]+")
@@ -29,11 +29,11 @@ INTEGERS = [0, 1, 2, 3, 4, 8, 127, 128, 255, 256, 65535, 1 << 16, (1 << 31) - 1,
 FLOATS = [0.0, -0.0, 1.0, -1.0, 1e-320, 1e-30, 1e30, 1e38, 1e100, 1e308, float("inf"), float("-inf"), float("nan")]
 
 Bytes: TypeAlias = Callable[[bytes, Random, list[bytes]], bytes]
-"""From a file, numbers and other files of its format to a mutant."""
+"""Maps a file, a random generator and other files of the format to a mutant."""
 
 
 def mutant(ending: str, random: Random, files: list[bytes]) -> bytes:
-    """One of the files, changed in a few places.
+    """Return one of the files with several changes.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ def mutant(ending: str, random: Random, files: list[bytes]) -> bytes:
     data = random.choice(files)
     wrapped = WRAPPED.get(ending)
     for _ in range(random.choice((1, 1, 1, 2, 3, 6))):
-        # What is wrapped is seldom damaged from outside: checksums and lengths would catch all of that.
+        # Contents are mutated more often than containers: checksums and lengths would reject almost all of the latter.
         try:
             change = wrapped if wrapped and random.random() < 0.9 else plain
             data = change(data, random, files)[:LARGEST]
-        except Exception:  # it no longer wraps anything
+        except Exception:  # no longer a valid container
             data = plain(data, random, files)
     return data
 
@@ -55,7 +55,7 @@ def mutant(ending: str, random: Random, files: list[bytes]) -> bytes:
 
 
 def plain(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """One change, of bytes or of what a text has."""
+    """Change bytes or text once."""
     text = data[:512].isascii() and b"\0" not in data[:512]
     return random.choice(TEXT if text or random.random() < 0.2 else BINARY)(data or b"\n", random, files)
 
@@ -66,7 +66,7 @@ def flip(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def put(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A number in place of as many bytes."""
+    """Overwrite bytes by a number."""
     layout = random.choice(LAYOUTS)
     size = struct.calcsize(layout)
     if layout[-1] in "fd":
@@ -107,7 +107,7 @@ def splice(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def number(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """Another number in place of one, or of another word."""
+    """Replace a number by another number or word."""
     found = list((NUMBER if random.random() < 0.9 else WORD).finditer(data))
     if not found:
         return flip(data, random, files)
@@ -116,7 +116,7 @@ def number(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def word(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A word of some file of the format in place of another, or beside it."""
+    """Replace a word by a word of another file of the format, or insert it next to it."""
     words = WORD.findall(random.choice(files))
     found = list(WORD.finditer(data))
     if not words or not found:
@@ -127,7 +127,7 @@ def word(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def lines(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """Lines, or what commas or brackets divide, left out, repeated or exchanged."""
+    """Remove, repeat or swap lines, or parts separated by commas or brackets."""
     between = random.choice([b"\n", b"\n", b",", b";", b" ", b"<", b"}"])
     parts = data.split(between)
     i, j = random.randrange(len(parts)), random.randrange(len(parts))
@@ -147,11 +147,11 @@ BINARY: list[Bytes] = [flip, put, put, put, drop, repeat, cut, splice, number, w
 TEXT: list[Bytes] = [number, number, number, word, word, lines, lines, lines, flip, drop, repeat, cut, splice]
 
 
-# ---- What formats wrap -----------------------------------------------------------------------------------
+# ---- Contents of containers ------------------------------------------------------------------------------
 
 
 def glb(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A change of the JSON or of the numbers behind it, with the lengths of both mended."""
+    """Mutate the JSON or the numbers after it, and correct both lengths."""
     (length,) = struct.unpack("<12xI", data[:16])
     tree, body = data[20 : 20 + length], data[28 + length :]
     if random.random() < 0.75:
@@ -164,7 +164,7 @@ def glb(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def zipped(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A change of one of the files in a zip file."""
+    """Mutate one of the files in a zip file."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         content = {info.filename: archive.read(info) for info in archive.infolist()}
     name = random.choice(list(content))
@@ -177,7 +177,7 @@ def zipped(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def tensors(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A change of a safetensors file's header, the scene in it, or the numbers, with length and checksum mended."""
+    """Mutate a safetensors file's header, its scene, or the numbers, and correct length and checksum."""
     length = int.from_bytes(data[:8], "little")
     header, body = data[8 : 8 + length], data[8 + length :]
     where = random.random()
@@ -197,7 +197,7 @@ def tensors(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def columns(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A change of what an IGES line holds, in its 72 columns before the letter of its section."""
+    """Mutate the contents of an IGES line, in the 72 columns before its section letter."""
     found = data.splitlines()
     i = random.randrange(len(found))
     inner, tail = found[i][:72], found[i][72:]

@@ -1,4 +1,4 @@
-"""The page's readers: for each line of the input, which names a file, a line of JSON that says what they make of it."""
+"""The page's readers: for each input line, a file name, they print a line of JSON with the result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from browser import chromium
 from bobrossnet.page.files import page_files
 from bobrossnet.page.server import Server
 
-# A worker that is stuck is replaced, as the page would for the next file.
+# A hanging worker is replaced, as the page does for the next file.
 ASK = """
 (request) => new Promise((resolve) => {
   window.worker ??= new Worker("/fuzz/page.js", { type: "module" });

@@ -1,11 +1,11 @@
 """Fuzz the readers of files, in Python and in the page: `python tests/fuzz/run.py --time 60 --format step`.
 
-Inputs are mutants (mutate.py) of the seeds and of what was found before. What a reader answers guides the search: a
-mutant that loads as something else, or is refused for another reason, is mutated further. That needs no instrumented
-interpreter and finds its way around checks as well, since each of them has its own message. contract.py says what is
-checked. Each format has a child process that reads in itself. Where a library crashes on damaged files, and the package
-starts a process for each, children are forked once the library is imported, one for a few files: that takes
-milliseconds instead of seconds. A crash there is no failure, nor is the end that the limit of time puts to it.
+Inputs are mutants (mutate.py) of the seeds and of earlier finds. The readers' results guide the search: a mutant with a
+new result, or a new error, is mutated further. This needs no instrumented interpreter, and also gets past checks, since
+each check has a different message. contract.py defines the contract. Each format has a child process that reads in
+process. If a library crashes on damaged files, and the package starts a process for each, children are forked after the
+import of the library, one for a few files: that takes milliseconds instead of seconds. A crash there is no failure, nor
+is a kill at the time limit.
 
 It prints a line for each format, and fails if a reader breaks its promise; the files are in build/fuzz/failures. Files
 that Python loads and the page refuses, or the other way round, are in build/fuzz/differences.
@@ -33,30 +33,32 @@ from contract import APART, LONGEST, MEMORY, BrokenPromise, Watch, kind_of, limi
 from mutate import mutant
 
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.page.files import READ_IN_PAGE, VIEWER
+from bobrossnet.page.files import READ_IN_PAGE
 from bobrossnet.support.machine import limit_memory
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 BUILD = HERE.parents[1] / "build/fuzz"
 BATCH = 25
-"""Files that a child reads with a library that crashes. One that has read damaged files may do anything with the next,
-so a promise counts as broken only where the file is the child's first."""
+"""Files read by one child with a crashing library.
+
+After a damaged file the child's state is undefined, so only a violation by its first file counts.
+"""
 
 STUCK = 100.0
-"""Seconds without an answer, on a busy machine, after which a child is killed."""
+"""Seconds without a result, on a busy machine, before a child is killed."""
 
 FORMATS = sorted({folder.name for folder in (HERE / "seeds").iterdir()} | {"safetensors"})
 IN_PAGE = {ending[1:] for ending in READ_IN_PAGE} | {"safetensors"}
 PLAIN = {".bin"}
-"""Endings of files that belong to seeds."""
+"""Endings of companion files of seeds."""
 
 COUNTS = ("executions", "loaded", "rough", "failures", "differences", "crashes", "kinds")
-"""rough: refused with an exception of a library rather than a sentence; crashes: of libraries that may; kinds: of
-answers."""
+"""rough: refused with a library's exception, not a sentence; crashes: of crashing libraries; kinds: of results."""
 
 
 class Counts:
-    """Numbers in memory that a child shares with its parent, and what is left of them when it is gone."""
+    """Numbers in memory shared by a child and its parent, which survive the child."""
 
     def __init__(self) -> None:
         self.memory = memoryview(mmap.mmap(-1, 8 * (len(COUNTS) + 1))).cast("q")
@@ -69,7 +71,7 @@ class Counts:
 
     @property
     def last(self) -> int:
-        """The number of the input that is being read."""
+        """Number of the current input."""
         return self.memory[-1]
 
     @last.setter
@@ -78,7 +80,7 @@ class Counts:
 
 
 class Page:
-    """The page's readers, in a process that is started again when it is lost."""
+    """The page's readers, in a process that is restarted after a crash."""
 
     def __init__(self) -> None:
         self.process: Any = None
@@ -112,7 +114,7 @@ class Page:
 
     def close(self) -> None:
         if self.process is not None:
-            self.process.stdin.close()  # at which it ends, and its browser
+            self.process.stdin.close()  # it then ends, with its browser
             self.process.wait()
             self.process = None
 
@@ -123,7 +125,7 @@ def unlimited() -> None:
 
 
 class Fuzzer:
-    """What a child does with a format."""
+    """The work of a child on a format."""
 
     def __init__(self, ending: str, options: argparse.Namespace, counts: Counts, work: Path) -> None:
         self.ending, self.options, self.counts, self.work = ending, options, counts, work
@@ -156,7 +158,7 @@ class Fuzzer:
             mutated = number >= len(self.first)
             if mutated:
                 random = Random(f"{self.options.seed} {self.ending} {number}")
-                # Most of what was found is refused early: whoever starts from there seldom gets far.
+                # Most finds are refused early, and mutants of them seldom get further.
                 few = random.random() < 0.6
                 data = mutant(self.ending, random, self.files[: len(self.seeds)] if few else self.files)
             else:
@@ -179,7 +181,7 @@ class Fuzzer:
                 self.counts["failures"] += 1
                 keep("failures", file, str(error))
                 if "memory" in str(error) or "bytes" in str(error):
-                    os._exit(0)  # what it still holds would be held against the next
+                    os._exit(0)  # its memory would count against the next child
             else:
                 self.counts["loaded"] += loads
                 self.counts["rough"] += "could not read it" in found
@@ -201,7 +203,7 @@ class Fuzzer:
 
 
 def keep(kind: str, file: Path, why: str) -> None:
-    """Keep an input, and say why."""
+    """Keep an input, and print the reason."""
     folder = BUILD / kind / file.suffix[1:]
     folder.mkdir(parents=True, exist_ok=True)
     if len(list(folder.iterdir())) < 500:
@@ -260,7 +262,7 @@ def fuzz(ending: str, options: argparse.Namespace) -> Counts:
 
 
 def wait(child: int, counts: Counts) -> int:
-    """A child's status; it is killed if it reads one file for long."""
+    """Return a child's status; it is killed if one file takes too long."""
     last, since = -1, time.monotonic()
     while True:
         done, status = os.waitpid(child, os.WNOHANG)
@@ -274,7 +276,7 @@ def wait(child: int, counts: Counts) -> int:
 
 
 def silence(ending: str) -> None:
-    """Have libraries that print on their own print nowhere."""
+    """Discard the output of libraries that print."""
     if ending in APART:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
@@ -287,9 +289,9 @@ def browser_is_there() -> bool:
 
 
 def warm_up(ending: str) -> None:
-    """Import what a format needs, so that its children need not."""
+    """Import a format's libraries before its children are forked."""
     if ending in APART:
-        # Libraries fill their tables with the first file. What is in the core has threads, which a fork would lose.
+        # Libraries fill their tables with the first file. The core has threads, which a fork would lose.
         seed = next((HERE / "seeds" / ending).iterdir())
         if ending == "3dm":
             from bobrossnet.adapters.rhino import read_here as read
@@ -340,7 +342,7 @@ def main() -> int:
 
 
 def say(files: list[Path], page: bool) -> int:
-    """What becomes of single files, by the readers as everybody has them."""
+    """Print the results of single files, by the readers as shipped."""
     broken = 0
     for file in files:
         try:

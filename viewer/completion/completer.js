@@ -2,44 +2,46 @@
 /**
  * Completes pictures in WebAssembly, or on the GPU where that is measured to take at most half of the time.
  *
- * For each size of pictures: WebAssembly completes the first ones, and gets faster in doing so. Then the GPU is given
- * one of them while the page continues; if it succeeds and agrees, both complete the next few, and one of them does
- * the rest. If anything goes wrong on the GPU, at any time, WebAssembly takes over for that size.
+ * Decided for each size of pictures. WebAssembly completes the first ones and gets faster meanwhile. Then the GPU is
+ * given one of them while the page continues. If it succeeds and agrees, both complete the next few, and the faster one
+ * does the rest. If anything goes wrong on the GPU, at any time, WebAssembly takes over for that size.
  *
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("../picture/gbuffer.js").GBuffer} GBuffer
  * @typedef {import("./weights.js").Weights} Weights
  * @typedef {Pick<import("./gpu.js").GpuNetwork, "complete" | "free">} Rival
  *
- * @typedef {object} Trial What is known of one size of pictures
+ * @typedef {object} Trial The state of one size of pictures
  * @property {"waiting" | "preparing" | "comparing" | "wasm" | "gpu"} state the last two are decisions
- * @property {number} pictures so far
- * @property {number[]} wasm milliseconds of the pictures that both completed
+ * @property {number} pictures completed so far
+ * @property {number[]} wasm milliseconds of the pictures completed by both
  * @property {number[]} gpu
  */
 import { Network } from "./network.js";
 
-/** Pictures before a GPU is looked for and tried: the first are urgent, and some sizes soon change again. */
+/** Pictures before the GPU is tried: the first are urgent, and some sizes soon change again. */
 const FIRST = 5;
-/** Pictures that both complete. */
+/** Pictures completed by both. */
 const RUNS = 5;
-/** Between gray levels of 0..1, at any pixel. */
+/** Maximum difference of gray levels 0..1 at any pixel. */
 const TOLERANCE = 1e-4;
 /**
- * How many times as fast the GPU must be as one worker. An H200 was 2.3 to 3.4 times with the default network, and as fast as 1.9
- * to 2.4 such workers that share a picture; with the small network 1.7 times (docs/viewer.md). A smaller factor buys little for
- * a first picture that waits up to .6 s for the GPU's compiler.
+ * Minimum speed of the GPU relative to one worker.
+ *
+ * With the default network an H200 was 2.3 to 3.4 times as fast as one worker, or as fast as 1.9 to 2.4 workers that
+ * share a picture; with the small network, 1.7 times as fast (docs/viewer.md). A smaller factor buys little for a first
+ * picture that waits up to .6 s for the GPU's compiler.
  */
 const GAIN = 2;
 
-/** The GPU code is only fetched when it is tried. @param {Weights} weights */
+/** Fetches the GPU code only when it is tried. @param {Weights} weights */
 const createLater = async (weights) => (await import("./gpu.js")).createGpuNetwork(weights);
 
 export class Completer {
-  /** What completed the latest picture. @type {"wasm" | "gpu"} */
+  /** The backend of the latest picture. @type {"wasm" | "gpu"} */
   backend = "wasm";
   #createRival;
-  /** Undefined until it was requested, null if there is none. @type {Rival | null | undefined} */
+  /** Undefined before the request, null if unavailable. @type {Rival | null | undefined} */
   #rival;
   /** By size. @type {Map<string, Trial>} */
   #trials = new Map();
@@ -55,9 +57,9 @@ export class Completer {
   }
 
   /**
-   * Fills in what was not traced: one picture at a time.
+   * Completes the untraced pixels, one picture at a time.
    *
-   * @param {GBuffer} gbuffer which stays as it is until the promise resolves
+   * @param {GBuffer} gbuffer unchanged until the promise resolves
    * @param {() => Promise<void>} [inBands] completes it in WebAssembly as `network` does, together with other workers
    * @returns {Promise<Float32Array>} its `image`
    */
@@ -80,7 +82,7 @@ export class Completer {
     return gbuffer.image;
   }
 
-  /** By the network, where it was decided. @param {GBuffer} gbuffer @param {Trial} trial */
+  /** With the network on the chosen backend. @param {GBuffer} gbuffer @param {Trial} trial */
   async #fill(gbuffer, trial) {
     if (trial.state === "gpu" && await this.#fillOnGpu(gbuffer, trial)) return;
 
@@ -103,7 +105,7 @@ export class Completer {
     this.#rival?.free();
   }
 
-  /** Later pictures have it. */
+  /** Requests the GPU network for later pictures. */
   #askForRival() {
     this.#rival = null;
     this.#createRival().then((rival) => { this.#rival = rival; }, () => {});
@@ -123,7 +125,7 @@ export class Completer {
   }
 
   /**
-   * The GPU's first picture, which nothing waits for: compiling takes long.
+   * Completes the GPU's first picture in the background: compiling takes long.
    *
    * @param {Rival} rival
    * @param {GBuffer} gbuffer
@@ -151,7 +153,7 @@ export class Completer {
       return;
     }
     const wasm = median(trial.wasm), gpu = median(trial.gpu);
-    if (gpu > wasm) trial.state = "wasm"; // a picture waits for each try
+    if (gpu > wasm) trial.state = "wasm"; // each trial delays a picture
     else if (trial.gpu.length === RUNS) trial.state = GAIN * gpu <= wasm ? "gpu" : "wasm";
   }
 }

@@ -1,17 +1,18 @@
 // @ts-check
 /**
- * Networks on the GPU, by WebGPU: the same weights and the same steps as the core's, in a page or a worker.
+ * Networks on the GPU, by WebGPU: the same weights and steps as the core's, in a page or a worker.
  *
  * @typedef {import("./weights.js").Weights} Weights
  * @typedef {import("./gpu/plan.js").Image} Image
  *
- * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
+ * @callback NetworkOfLayers A network in gpu/NAME.js: makes its layers, and a function that records the steps for one
+ *   size
  * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
  * @param {Weights} weights
- * @returns {(plan: Plan, inputs: Image) => Image} (C, height, width), the channels that the weights name, to (1, height, width),
- *   linear and not clamped
+ * @returns {(plan: Plan, inputs: Image) => Image} (C, height, width), the channels of the weights, to (1, height,
+ *   width), linear and not clamped
  *
- * @typedef {object} Picture What completes pictures of one size
+ * @typedef {object} Picture The resources for pictures of one size
  * @property {(planes: Float32Array) => Promise<Float32Array>} complete
  * @property {() => void} free
  */
@@ -29,7 +30,7 @@ const NETWORKS = { paper, pyramid };
 /** Sizes whose memory is kept: a page has few at a time. */
 const MOST_SIZES = 3;
 
-/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. @param {Weights["inputs"]} inputs */
+/** Restores the traced pixels; clamps the others to 0..1, and NaN to 0. @param {Weights["inputs"]} inputs */
 const keepKnown = (inputs) => kernel({
   read: ["pixels", "completed"], write: ["gray"],
   body: `
@@ -44,9 +45,9 @@ const keepKnown = (inputs) => kernel({
  * A network on the GPU, or null if there is no GPU, or no network of this name for WebGPU.
  *
  * @param {Weights} weights
- * @param {{software?: boolean}} [options] software: also on a GPU emulated in software, which is never worth it
+ * @param {{software?: boolean}} [options] software: accept a GPU emulated in software, which is always slower
  * @returns {Promise<GpuNetwork | null>}
- * @throws {Error} where the weights are not the network's
+ * @throws {Error} if the weights do not fit the network
  */
 export async function createGpuNetwork(weights, { software = false } = {}) {
   const adapter = await globalThis.navigator?.gpu?.requestAdapter();
@@ -70,7 +71,7 @@ export class GpuNetwork {
   #last = Promise.resolve();
   /** @type {Map<string, Promise<GPUComputePipeline>>} */
   #pipelines = new Map();
-  /** The latest used is the last. @type {Map<string, Picture>} */
+  /** Most recently used last. @type {Map<string, Picture>} */
   #pictures = new Map();
 
   /** @param {GPUDevice} device @param {Weights} weights */
@@ -78,7 +79,7 @@ export class GpuNetwork {
     this.device = device;
     this.#inputs = weights.inputs;
     this.#network = NETWORKS[weights.network]((...layer) => new Conv3x3(device, weights, ...layer), weights);
-    /** Why the device was lost, once it is: then all calls fail, those under way as well. @type {Promise<string>} */
+    /** The reason once the device is lost: then all calls fail, including those in progress. @type {Promise<string>} */
     this.lost = device.lost.then(({ message }) => message || "no reason given");
     this.#failure = this.lost.then((message) => {
       throw new Error(`the GPU was lost: ${message}`);
@@ -87,13 +88,13 @@ export class GpuNetwork {
   }
 
   /**
-   * Fills in what was not traced. Pictures are completed one after the other.
+   * Completes the untraced pixels. Pictures are completed one after the other.
    *
-   * @param {Float32Array} planes (C, height, width), a G-buffer's, which stays as it is until the promise resolves
+   * @param {Float32Array} planes (C, height, width), of a G-buffer, unchanged until the promise resolves
    * @param {number} height
    * @param {number} width
    * @returns {Promise<Float32Array>} (height, width), 0..1
-   * @throws {Error} where the device is lost or its memory does not suffice
+   * @throws {Error} if the device is lost or out of memory
    */
   complete(planes, height, width) {
     const picture = Promise.race([this.#failure, this.#last.then(() => this.#complete(planes, height, width))]);
@@ -101,7 +102,7 @@ export class GpuNetwork {
     return picture;
   }
 
-  /** Ends all calls that are under way. */
+  /** Rejects all calls in progress. */
   free() {
     this.device.destroy();
   }
@@ -162,7 +163,7 @@ export class GpuNetwork {
     throw new Error(found.message.split("\n")[0]);
   }
 
-  /** Takes the network's inputs out of a G-buffer's planes. @param {Image} image @param {Float32Array} planes */
+  /** Copies the network's inputs from a G-buffer's planes. @param {Image} image @param {Float32Array} planes */
   #write({ buffer, height, width }, planes) {
     let at = 0;
     for (const channel of this.#inputs) {

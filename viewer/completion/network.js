@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * Networks, which complete what was traced in part.
+ * Networks that complete sparsely traced pictures.
  *
- * @typedef {{begin: number, end: number}} Band rows of a picture, from one to before another
+ * @typedef {{begin: number, end: number}} Band rows of a picture; `end` is excluded
  */
 import { withWeights } from "./weights.js";
 
@@ -19,9 +19,9 @@ export class Network {
   }
 
   /**
-   * Fills in what was not traced.
+   * Completes the untraced pixels.
    *
-   * @param {GBuffer} gbuffer @param {Band} [band] outside of which rows are not finished
+   * @param {GBuffer} gbuffer @param {Band} [band] rows to finish
    * @returns {Float32Array} its `image`
    */
   complete(gbuffer, band) {
@@ -30,19 +30,27 @@ export class Network {
     return gbuffer.image;
   }
 
-  /** By the network alone. @param {GBuffer} gbuffer @param {Band} [band] @returns {Float32Array} its `image` */
+  /**
+   * With the network alone, without interpolation.
+   *
+   * @param {GBuffer} gbuffer @param {Band} [band] @returns {Float32Array} its `image`
+   */
   fill(gbuffer, band) {
     this.predict(gbuffer, gbuffer.imageAddress, band);
     this.core.made("keep_known", this.handle, gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
     return gbuffer.image;
   }
 
-  /** The network's own output at every pixel. @param {GBuffer} gbuffer @param {number} output where it is written, (height, width) @param {Band} [band] */
+  /**
+   * The network's own output at every pixel.
+   *
+   * @param {GBuffer} gbuffer @param {number} output address of the result, (height, width) @param {Band} [band]
+   */
   predict({ address, height, width }, output, { begin, end } = { begin: 0, end: height }) {
     this.core.made("run_network", this.handle, address, height, width, output, begin, end);
   }
 
-  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer @param {Band} [band] */
+  /** Interpolates the completed image where nearby traced pixels agree. @param {GBuffer} gbuffer @param {Band} [band] */
   interpolate({ address, height, width, imageAddress }, { begin, end } = { begin: 0, end: height }) {
     this.core.made("interpolate_lattice", this.handle, address, height, width, imageAddress, begin, end);
   }

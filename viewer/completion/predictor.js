@@ -1,5 +1,5 @@
 // @ts-check
-/** How wrong completed pictures are expected to be. */
+/** Prediction of the error of completed pictures. */
 import { withWeights } from "./weights.js";
 
 /**
@@ -16,7 +16,7 @@ export class ErrorPredictor {
   }
 
   /**
-   * The expected absolute error of each pixel that a network completes, in gray; 0 where traced.
+   * Predicts the absolute error of each pixel that a network completes, in gray; 0 where traced.
    *
    * @param {GBuffer} gbuffer
    * @param {Network} network

@@ -1,26 +1,26 @@
 // @ts-check
 /**
- * What was learnt, as weight files have it.
+ * Trained weights, as in weight files.
  *
  * @typedef {{
  *   network: string, inputs: Layout, outputs: Layout, tensors: Map<string, {shape: number[], values: Float32Array}>
  * }} Weights
- *   network: the name of the one whose weights these are; inputs: the channels that it is given; outputs: that it completes
+ *   network: its name; inputs: its input channels; outputs: the completed channels
  * @typedef {import("../picture/channels.js").Layout} Layout
  */
 import { CoreError } from "../core/errors.js";
 import { readContainer, readTensor } from "../files/safetensors.js";
 
-/** What files mean that don't say, as in bobrossnet/completion/weights.py. */
+/** Defaults of older files, as in bobrossnet/completion/weights.py. */
 const DEFAULTS = { inputs: "mask,gray,depth,normal", outputs: "gray" };
 
 /**
- * Has something made of weights in the core's memory.
+ * Makes an object from weights in the core's memory.
  *
  * @param {import("../core/core.js").Core} core
  * @param {Weights} weights
- * @param {(handle: number) => number} make given the core's weights, which are freed then
- * @returns {number} what it returned
+ * @param {(handle: number) => number} make called with the core's weights, which are freed afterwards
+ * @returns {number} its result
  */
 export function withWeights(core, { inputs, outputs, tensors }, make) {
   const handle = core.made("make_weights", inputs.join(), outputs.join());
@@ -40,9 +40,9 @@ export function withWeights(core, { inputs, outputs, tensors }, make) {
 }
 
 /**
- * Reads weights: a safetensors file as bobrossnet writes it.
+ * Reads a safetensors file written by bobrossnet.
  *
- * @param {ArrayBuffer} bytes which the tensors may be views of
+ * @param {ArrayBuffer} bytes the tensors may be views of it
  * @returns {Weights}
  */
 export function readWeights(bytes) {

@@ -1,26 +1,27 @@
 // @ts-check
 /**
- * <bob-view src="part.glb" camera-controls></bob-view>: an element that shows a scene, a few percent of whose pixels are traced
- * for each picture as it turns, and all of them when it rests.
+ * <bob-view src="part.glb" camera-controls></bob-view>: an element that displays a scene. While it turns, each picture
+ * traces a few percent of its pixels; at rest, all are traced.
  *
- * Attributes, in the words of <model-viewer> where it has them:
+ * Attributes, with the names of <model-viewer> where it has them:
  *
  * | attribute | |
  * |---|---|
- * | `src` | a scene's address; its ending says what it is, as files/read.js lists them |
- * | `alt` | what it shows, for those who don't see it |
- * | `poster` | the address of a picture until the first one is there |
- * | `camera-orbit` | "120deg 70deg 100%", as words.js has it |
- * | `field-of-view` | "35deg"; without, the camera is orthographic |
- * | `camera-controls` | the mouse, fingers and keys turn it |
- * | `auto-rotate` | it turns while nobody does; not where little motion is wanted |
- * | `interaction-prompt` | "none" shows no hint that it can be turned |
- * | `background` | any of CSS, "transparent" too; black by default |
- * | `picture-size` | "640x480" fixes how many pixels it has; by default as many as the screen |
- * | `workers` | how many trace; by default as many as there are processors |
+ * | `src` | a scene's address; its suffix determines the format (files/read.js) |
+ * | `alt` | text alternative |
+ * | `poster` | the address of a picture until the first one is traced |
+ * | `camera-orbit` | "120deg 70deg 100%", see words.js |
+ * | `field-of-view` | "35deg"; if omitted, the camera is orthographic |
+ * | `camera-controls` | the mouse, touch and keys move the camera |
+ * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
+ * | `interaction-prompt` | "none" hides the hint that it can be turned |
+ * | `background` | any CSS background, or "transparent"; black by default |
+ * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
+ * | `workers` | number of tracing threads; by default the number of processors |
  *
- * Events: `load` when the first picture of a scene is there; `progress` with each picture, `detail.totalProgress` of whose pixels
- * are traced, 1 where it is exact; `error`, `detail.message` of which is shown unless it is prevented; `camera-change`.
+ * Events: `load` at the first picture of a scene; `progress` with each picture, with the fraction of traced pixels in
+ * `detail.totalProgress`, 1 for an exact picture; `error`, whose `detail.message` is displayed unless the default is
+ * prevented; `camera-change`.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
@@ -31,10 +32,10 @@ import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
-const MOST_WORKERS = 8; // each holds the whole scene
+const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
-const IDLE_MS = 3000; // without a hand, until it turns by itself, and shows that it can be turned
-const TURN = 360 / 64; // degrees a second, by itself
+const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
+const TURN = 360 / 64; // degrees per second, when it turns by itself
 
 const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: roll. P: perspective. Home: reset.";
 
@@ -54,16 +55,16 @@ export class BobView extends HTMLElement {
   #context = /** @type {ImageBitmapRenderingContext} */ (this.#canvas.getContext("bitmaprenderer"));
   /** @type {Viewing | undefined} */
   #viewing;
-  /** Of an element that is nowhere. @type {Camera} */
+  /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
   #resizing = new ResizeObserver(() => this.#fit());
-  /** Ends what hands do. @type {AbortController | undefined} */
+  /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
   #wasTouched = false;
   #promptTimer = 0;
   #turning = 0;
-  #isNew = false; // whether no picture of the scene was shown yet
+  #isNew = false; // whether the scene has no picture yet
   /** @type {import("../workers/completing.js").Showing} */
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
 
@@ -112,7 +113,7 @@ export class BobView extends HTMLElement {
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
     if (name === "src") {
-      if (this.#viewing && value !== null) this.#open(); // else once it is connected
+      if (this.#viewing && value !== null) this.#open(); // else when it is connected
     } else if (name === "camera-orbit") {
       const camera = fromCameraOrbit(value);
       if (camera) this.#look(camera, "none");
@@ -136,7 +137,7 @@ export class BobView extends HTMLElement {
     }
   }
 
-  /** What it shows and how, for pages that show more of it; none while the element is nowhere. */
+  /** The scene and its schedule, for pages that control more of it. Throws while the element is disconnected. */
   get viewing() {
     if (!this.#viewing) throw new Error("viewing: expected an element in a document, got one that is nowhere");
     return this.#viewing;
@@ -147,7 +148,7 @@ export class BobView extends HTMLElement {
     return this.#viewing?.schedule.camera ?? this.#camera;
   }
 
-  /** @param {Partial<Camera>} camera what is not in it stays */
+  /** @param {Partial<Camera>} camera missing parameters are unchanged */
   set camera(camera) {
     this.#look(camera, "none");
   }
@@ -169,36 +170,40 @@ export class BobView extends HTMLElement {
     this.setAttribute("alt", value);
   }
 
-  /** Where the picture is in the element, in CSS pixels. */
+  /** The picture's box in the element, in CSS pixels. */
   get pictureBox() {
     const { offsetLeft, offsetTop, clientWidth, clientHeight } = this.#canvas;
     return { left: offsetLeft, top: offsetTop, width: clientWidth, height: clientHeight };
   }
 
   /**
-   * Opens a scene of bytes, where there is no address.
+   * Opens a scene from bytes, without an address.
    *
-   * @param {string} name with its ending, which says what it is
+   * @param {string} name with the suffix of its format
    * @param {Blob} source
-   * @returns {Promise<void>} resolved once its first picture is on its way, or an "error" was told
+   * @returns {Promise<void>} resolved once its first picture has begun, or after an "error" event
    */
   open(name, source) {
     return this.#read(name, source);
   }
 
-  /** What is painted of a picture. @param {Partial<import("../workers/completing.js").Showing>} showing what is not in it stays */
+  /**
+   * Sets how pictures are painted.
+   *
+   * @param {Partial<import("../workers/completing.js").Showing>} showing missing fields are unchanged
+   */
   show(showing) {
     this.#showing = { ...this.#showing, ...showing };
     this.#viewing?.paint(this.#showing);
   }
 
-  /** The picture as it is now. @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>} */
+  /** The current picture. @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>} */
   toBlob({ mimeType = "image/png", qualityArgument } = {}) {
     return new Promise((resolve, reject) => this.#canvas.toBlob(
       (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
   }
 
-  /** The picture as it is now. @param {string} [type] @param {number} [quality] */
+  /** The current picture. @param {string} [type] @param {number} [quality] */
   toDataURL(type, quality) {
     return this.#canvas.toDataURL(type, quality);
   }
@@ -225,7 +230,7 @@ export class BobView extends HTMLElement {
   #open() {
     const address = this.#address;
     if (address) return this.#read(fileName(address), address.href);
-    // Later, so that whoever adds the element can listen first.
+    // Deferred, so that the page can add listeners first.
     queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
   }
 
@@ -243,7 +248,7 @@ export class BobView extends HTMLElement {
     }
   }
 
-  /** Called once there is another scene. */
+  /** Called for each new scene. */
   begun() {
     this.#isNew = true;
     this.#wrong.hidden = true;
@@ -297,7 +302,7 @@ export class BobView extends HTMLElement {
 
   // ---- Hands ---------------------------------------------------------------------------------------------
 
-  /** Says what it is, and lets hands turn it or not. */
+  /** Sets the accessible description, and enables or disables the input handlers. */
   #describe() {
     const canvas = this.#canvas, isTurned = this.hasAttribute("camera-controls");
     canvas.ariaLabel = this.alt || "Picture";
@@ -326,7 +331,7 @@ export class BobView extends HTMLElement {
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 
-  /** Turns by itself, as long as that is wanted. */
+  /** Turns by itself while `auto-rotate` applies. */
   #turn() {
     cancelAnimationFrame(this.#turning);
     if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;

@@ -1,32 +1,32 @@
 // @ts-check
 /**
- * From gestures and keys to the camera: one finger or the mouse orbits, two fingers or the other button pan, wheel and
- * pinch zoom about the place under them; arrows, + and - do the same. P switches perspective.
+ * Camera control by gestures and keys. One finger or the mouse orbits, two fingers or the other button pan; wheel and
+ * pinch zoom about the place under them. Arrows, + and - do the same. P toggles perspective.
  */
 import { HOME, PERSPECTIVE, panned, valid, zoomed } from "../picture/camera.js";
 
 /** @typedef {import("../picture/camera.js").Camera} Camera */
 
-const TURN = 200; // degrees for a drag across the picture's shorter side
+const TURN = 200; // degrees per drag across the picture's shorter side
 const KEY_DEGREES = 5;
 const KEY_PAN = 0.1; // of half the shorter side
 const KEY_ZOOM = 1.15;
-const WHEEL_ZOOM = 0.0015; // logarithm of the zoom for each pixel of a wheel
+const WHEEL_ZOOM = 0.0015; // logarithm of the zoom per pixel of a wheel
 
-/** The view from the front, through the same lens. @param {Camera} camera */
+/** The front view, with the same field of view. @param {Camera} camera */
 export const home = ({ fov }) => ({ ...HOME, fov });
 
 /**
- * @param {HTMLElement} element that shows the picture
- * @param {() => Camera} camera as it is
+ * @param {HTMLElement} element of the picture
+ * @param {() => Camera} camera the current camera
  * @param {(camera: Camera) => void} move
- * @param {AbortSignal} signal that ends it
+ * @param {AbortSignal} signal removes the handlers
  */
 export function orbit(element, camera, move, signal) {
-  /** Where the fingers are, in CSS pixels. @type {Map<number, {x: number, y: number}>} */
+  /** Positions of the fingers, in CSS pixels. @type {Map<number, {x: number, y: number}>} */
   const fingers = new Map();
 
-  /** The picture's, in CSS pixels. */
+  /** Size of the picture, in CSS pixels. */
   const size = () => ({ height: element.clientHeight, width: element.clientWidth });
   const shorterSide = () => Math.min(element.clientHeight, element.clientWidth);
 
@@ -43,7 +43,7 @@ export function orbit(element, camera, move, signal) {
   /** @param {number} x @param {number} y in CSS pixels, right and down */
   const pan = (x, y) => move(panned(camera(), size(), x, y));
 
-  /** About a place in the window. @param {number} factor @param {number} x @param {number} y */
+  /** Zooms about a place in the window. @param {number} factor @param {number} x @param {number} y */
   const zoomAt = (factor, x, y) => {
     const { left, top, width, height } = element.getBoundingClientRect();
     move(zoomed(camera(), size(), factor, x - left - width / 2, y - top - height / 2));

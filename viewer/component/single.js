@@ -1,5 +1,5 @@
 // @ts-check
-/** A page of a single file: its element shows the scene that the file brings. */
+/** A page in a single file: its element shows the scene embedded in the file. */
 import { fetchPart } from "../core/parts.js";
 import { BobView } from "./bob-view.js";
 

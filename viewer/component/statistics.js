@@ -1,10 +1,10 @@
 // @ts-check
-/** What is measured of pictures. */
+/** Statistics of the displayed pictures. */
 
 export class Statistics {
-  /** So far. */
+  /** Number so far. */
   pictures = 0;
-  /** Share of the pixels that are traced. */
+  /** Fraction of traced pixels. */
   fraction = 0;
   /** Milliseconds of the network, on `backend`. */
   completing = 0;
@@ -13,26 +13,26 @@ export class Statistics {
   /** @type {"wasm" | "gpu"} */
   backend = "wasm";
   raysPerSecond = 0;
-  /** Whether the picture is the exact one of what is wanted. */
+  /** Whether the picture is exact, with the current camera and size. */
   exact = false;
-  /** Of the first completed picture, on average, once the picture is exact; else NaN. */
+  /** Mean error of the first completed picture, once the picture is exact; else NaN. */
   error = NaN;
-  /** The error that is expected of the picture, on average, where that is shown; else NaN. */
+  /** Predicted mean error of the picture, if displayed; else NaN. */
   expected = NaN;
-  /** When pictures of the last second were shown, in milliseconds. @type {number[]} */
+  /** Display times of the last second's pictures, in milliseconds. @type {number[]} */
   #times = [];
 
-  /** @param {number} workers that trace */
+  /** @param {number} workers number of tracing workers */
   constructor(workers) {
     this.workers = workers;
   }
 
   /**
-   * Takes in a picture that is shown now.
+   * Adds a picture that is displayed now.
    *
    * @param {import("../workers/completing.js").Picture} picture
-   * @param {import("../workers/schedule.js").Schedule} schedule that was told of it
-   * @param {boolean} exact whether it is the exact one of what is wanted
+   * @param {import("../workers/schedule.js").Schedule} schedule the schedule it was reported to
+   * @param {boolean} exact whether it is exact, with the current camera and size
    */
   count({ batch, traced, completing, model, backend, error }, { raysPerSecond }, exact) {
     ++this.pictures;

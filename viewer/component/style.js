@@ -1,5 +1,5 @@
 // @ts-check
-/** How the element looks. As a sheet of its own: pages that allow no styles in their text allow it. */
+/** Style of the element, as a constructed sheet: pages whose policy forbids inline styles allow it. */
 export const STYLE = new CSSStyleSheet();
 
 STYLE.replaceSync(`

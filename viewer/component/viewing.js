@@ -1,16 +1,16 @@
 // @ts-check
 /**
- * A scene on its way to pictures: the workers that read, trace and complete it, and the schedule that they follow. It knows no
- * elements.
+ * From a scene to pictures: the workers that read, trace and complete it, and their schedule. Independent of elements.
  *
  * @typedef {import("../workers/reader.js").Summary} Summary
  * @typedef {import("../workers/completing.js").Picture} Picture
  * @typedef {import("../workers/completing.js").Buffers} Buffers
  * @typedef {import("../workers/completing.js").Model} Model
  *
- * @typedef {object} Told Who is told what
- * @property {(picture: Picture, repainted: boolean) => void} picture shows it; repainted: it is the last one, shown otherwise
- * @property {(message: string) => void} failed no more pictures will come, as the message says
+ * @typedef {object} Told Callbacks
+ * @property {(picture: Picture, repainted: boolean) => void} picture displays it; repainted: it is the last one in
+ *   another mode
+ * @property {(message: string) => void} failed no more pictures will come, for the reason given
  */
 import { canLendThreads, compileCore } from "../core/compile.js";
 import { fetchPart, isThere, startWorker } from "../core/parts.js";
@@ -19,28 +19,28 @@ import { Pool } from "../workers/pool.js";
 import { Schedule } from "../workers/schedule.js";
 import { Statistics } from "./statistics.js";
 
-/** How many workers complete bands of a picture: one, where all cores are busy with tracing the next one meanwhile. */
+/** Number of workers that complete bands of a picture: one, if all cores are busy tracing the next one meanwhile. */
 const completingWorkers = () => (navigator.hardwareConcurrency >= 4 ? 2 : 1);
 
-const SPARE_MS = 500; // after a scene came, when workers for the next one are started
+const SPARE_MS = 500; // after a scene arrived, before workers for the next one are started
 
 /**
- * What pages start with: the module of the core, and networks, the first of which also stands in for those that come later. Pages of
- * meshes are small: their rays are so fast that pictures are dense, and completed by the filling, which has learnt nothing.
+ * Initial modules of pages: the core's, and networks; the first also replaces networks not loaded yet. Pages of meshes
+ * are small: their rays are so fast that pictures are dense, and completed by the filling, without trained weights.
  *
  * @typedef {"core" | "core.mesh"} CoreName
  * @type {Record<CoreName, [Model, ...Model[]]>}
  */
 const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
 
-const ASKED = 2; // times, until a network is fetched: a scene's first picture asks for one before it is known how fast its rays are
+const ASKED = 2; // requests before a network is fetched: the first picture of a scene asks for one before the speed of its rays is known
 
 const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
 
-/** The smallest module that shows a file; where meshes are all that is shown, a single file has no other. @param {string} name @returns {CoreName} */
+/** The smallest module for a file; a single file for meshes has no other. @param {string} name @returns {CoreName} */
 export const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
 
-/** For all of a page's workers: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
+/** For all workers of a page: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
 
 /** @param {CoreName} core */
@@ -58,23 +58,27 @@ export class Viewing {
   expectsMore = false;
   statistics;
   schedule;
-  /** The workers that have the scene, those that will have the next, and those for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
+  /**
+   * The workers with the current scene, with the next scene, and for the one after that.
+   *
+   * @type {{shown?: Pool, coming?: Pool, spare?: Pool}}
+   */
   #pools = {};
   #module;
-  /** The first gathers and shows what the others help it complete. @type {[Worker, ...Worker[]]} */
+  /** The first gathers and displays the bands; the others help. @type {[Worker, ...Worker[]]} */
   #completing = [startWorker("completing")];
-  /** Called with what the completing worker answers. @type {((buffers: Buffers | null) => void)[]} */
+  /** Callbacks for the answers of the completing worker. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
-  /** How often each network was asked for. @type {Partial<Record<Model, number>>} */
+  /** Number of requests for each network. @type {Partial<Record<Model, number>>} */
   #asked = {};
-  /** Names of networks that pictures may be completed by. @type {Set<Model>} */
+  /** Names of the available networks. @type {Set<Model>} */
   #models;
   #workers;
   #told;
 
   /**
-   * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be smaller; core: the one
-   *   that has all that will be shown
+   * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be
+   *   smaller; core: the module that supports all scenes of the page
    * @param {Told} told
    */
   constructor({ workers, scales, core = "core" }, told) {
@@ -100,21 +104,21 @@ export class Viewing {
     this.#bringNetworks(worker).catch((error) => this.#told.failed(error.message));
   }
 
-  /** @param {Worker} worker that begins to complete */
+  /** @param {Worker} worker that starts completing */
   async #bringNetworks(worker) {
     const [first, ...others] = this.#models;
     const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
     worker.postMessage({ kind: "start", module, name: first, weights, uncertainty }, [weights, uncertainty]);
-    await Promise.all(others.map((name) => this.#bring(worker, name))); // once the first picture need not wait for them
+    await Promise.all(others.map((name) => this.#bring(worker, name))); // once the first picture does not wait for them
   }
 
-  /** @param {Worker} worker @param {Model} name of a network that it may complete pictures by from now on */
+  /** @param {Worker} worker @param {Model} name of a network to make available */
   async #bring(worker, name) {
     const weights = await weightsOf(name);
     worker.postMessage({ kind: "network", name, weights }, [weights]);
   }
 
-  /** Lets others help to complete pictures, after the first one, which they would only delay. */
+  /** Adds helpers that complete bands, after the first picture, which they would only delay. */
   #growCompleting() {
     const leader = this.#completing[0];
     while (this.#completing.length < completingWorkers()) {
@@ -126,7 +130,7 @@ export class Viewing {
     }
   }
 
-  /** Fetches a network that was not started with, when it is clear that it is needed. @param {Model} name */
+  /** Fetches a network that was not loaded initially, once it is clearly needed. @param {Model} name */
   #ask(name) {
     const asked = this.#asked[name] = 1 + (this.#asked[name] ?? 0);
     if (asked !== ASKED || this.#models.has(name)) return;
@@ -158,7 +162,7 @@ export class Viewing {
     return this.#pools.coming !== undefined;
   }
 
-  /** Whether there is a scene, and workers that can be given another one in its place. */
+  /** Whether there is a scene, with workers that can replace it. */
   get canEdit() {
     return this.#pools.shown?.ended === false;
   }
@@ -166,14 +170,15 @@ export class Viewing {
   /**
    * Opens a file.
    *
-   * @param {string} name with its ending
-   * @param {Blob | string} source or its address
-   * @param {{yUp?: boolean, beside?: File[]}} [options] yUp: whether it stores y up; beside: what was opened together with it
-   * @returns {Promise<Summary | null>} once it is shown; null where another scene was opened meanwhile
-   * @throws {Error} of one line, where it can't be read; then the scene before stays
+   * @param {string} name with its suffix
+   * @param {Blob | string} source the file or its address
+   * @param {{yUp?: boolean, beside?: File[]}} [options] yUp: whether y is up in the file; beside: files opened together
+   *   with it
+   * @returns {Promise<Summary | null>} once it is displayed; null if another scene was opened meanwhile
+   * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
   read(name, source, { yUp = false, beside = [] } = {}) {
-    // Relative addresses are the page's: the worker that reads is of another folder.
+    // Resolve relative addresses against the page: the reading worker has another base.
     const whole = typeof source === "string" ? new URL(source, document.baseURI).href : source;
     return this.#replace((pool) => pool.read(name, whole, yUp, beside));
   }
@@ -184,10 +189,10 @@ export class Viewing {
   }
 
   /**
-   * Replaces the scene by that of a script, in the same workers: of a script that was changed a little.
+   * Replaces the scene by a script's, in the same workers: for small changes of a script.
    *
    * @param {string} text
-   * @returns {Promise<Summary | null>} null where another scene was opened meanwhile
+   * @returns {Promise<Summary | null>} null if another scene was opened meanwhile
    */
   async edit(text) {
     const pool = this.#pools.shown;
@@ -221,19 +226,19 @@ export class Viewing {
     }
   }
 
-  /** @param {Pool} pool that has another scene now */
+  /** @param {Pool} pool with the new scene */
   #begin(pool) {
     this.statistics.exact = false;
     this.schedule.show(pool);
   }
 
-  /** @param {Parameters<Schedule["change"]>[0]} what is wanted now: another camera or size */
+  /** @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size */
   change(what) {
     this.statistics.exact = false;
     this.schedule.change(what);
   }
 
-  /** @param {import("../workers/completing.js").Showing} showing how pictures are painted */
+  /** @param {import("../workers/completing.js").Showing} showing the way to paint pictures */
   paint(showing) {
     this.#completing[0].postMessage({ kind: "show", ...showing });
   }
@@ -250,7 +255,7 @@ export class Viewing {
   end() {
     this.expectsMore = false;
     const pools = Object.values(this.#pools);
-    Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that what is being opened is not missed
+    Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that a scene being opened is included
     for (const pool of pools) pool?.end();
     for (const worker of this.#completing) worker.terminate();
   }

@@ -1,22 +1,22 @@
 // @ts-check
 /**
- * The element as a widget of notebooks, for anywidget (src/bobrossnet/page/widget.py has its other half). Everything that it needs
- * is in the widget's state, so that it goes on without a kernel.
+ * The element as a widget of notebooks, for anywidget (src/bobrossnet/page/widget.py is its other half). The widget's
+ * state contains everything it needs, so that it works without a kernel.
  *
  * @typedef {{get: (name: string) => any, set: (name: string, value: any) => void, save_changes: () => void,
  *   on: (event: string, listener: () => void) => void, off: (event: string, listener: () => void) => void}} Model
  */
 import { BobView } from "./bob-view.js";
 
-const SENDING_MS = 100; // between two cameras that the kernel is told, while somebody turns
+const SENDING_MS = 100; // minimum interval between cameras sent to the kernel during a movement
 
-/** @param {{model: Model, el: HTMLElement}} where @returns {() => void} what ends it */
+/** @param {{model: Model, el: HTMLElement}} where @returns {() => void} ends it */
 function render({ model, el }) {
   const view = new BobView(), [height, width] = model.get("size");
   view.alt = "Picture of the scene";
   view.toggleAttribute("camera-controls", true);
   Object.assign(view.style, { width: `${width}px`, maxWidth: "100%", height: "auto", aspectRatio: `${width} / ${height}` });
-  el.dataset.lmSuppressShortcuts = "true"; // JupyterLab's keys would move from cell to cell
+  el.dataset.lmSuppressShortcuts = "true"; // otherwise JupyterLab's keys move from cell to cell
   const show = () => view.setAttribute("background", model.get("background"));
   const look = () => (view.camera = model.get("camera"));
   const open = async () => {

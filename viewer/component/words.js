@@ -1,24 +1,24 @@
 // @ts-check
 /**
- * Cameras in the words of <model-viewer>: "30deg 75deg 105%" is an angle about the vertical, 0 where the front of a glTF is seen;
- * the angle from straight above; and a distance, of which 100 % is that from which all is seen.
+ * Cameras in the notation of <model-viewer>, such as "30deg 75deg 105%". The first angle is about the vertical, 0 for
+ * the front of a glTF; the second is from straight above; the distance is 100 % for a view of everything.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
 import { HOME, PERSPECTIVE } from "../picture/camera.js";
 
-/** From our azimuth: the front of a glTF, which is turned upright, faces -y. */
+/** Offset from our azimuth: the front of an upright glTF faces -y. */
 const FRONT = 90;
 
-/** Degrees of "30deg", "0.5rad" or "30". @param {string} text @returns {number | null} */
+/** Parses "30deg", "0.5rad" or "30" to degrees. @param {string} text @returns {number | null} */
 function degrees(text) {
   const match = /^([-+]?(?:\d+\.?\d*|\.\d+))(deg|rad|)$/.exec(text);
   return match && Number(match[1]) * (match[2] === "rad" ? 180 / Math.PI : 1);
 }
 
 /**
- * @param {string | null} text "auto" in the place of any of the three
- * @returns {Partial<Camera> | null} null of what is none
+ * @param {string | null} text each of the three may be "auto"
+ * @returns {Partial<Camera> | null} null if invalid
  */
 export function fromCameraOrbit(text) {
   const words = text?.trim().split(/\s+/) ?? [];
@@ -39,8 +39,8 @@ export function toCameraOrbit({ azimuth, elevation, zoom }) {
 }
 
 /**
- * @param {string | null} text an angle, "auto" for one that suits most things, "0deg" for none, which is orthographic
- * @returns {number | null} degrees; null of what is none
+ * @param {string | null} text an angle; "auto" suits most scenes, "0deg" is orthographic
+ * @returns {number | null} degrees; null if invalid
  */
 export function fromFieldOfView(text) {
   return text === null ? null : text.trim() === "auto" ? PERSPECTIVE : degrees(text.trim());

@@ -1,7 +1,7 @@
 // @ts-check
-/** Addresses, of files on servers and of those that a file names, as people and programs write them. */
+/** Addresses of files on servers, and of files referenced by other files, as people and programs write them. */
 
-/** @param {string} text perhaps with escapes such as %20; one with others is taken as it is */
+/** @param {string} text possibly with escapes such as %20; unchanged if an escape is invalid */
 export function unescaped(text) {
   try {
     return decodeURIComponent(text);
@@ -13,7 +13,7 @@ export function unescaped(text) {
 /** @param {URL} address @returns {string} the name of its file */
 export const fileName = ({ pathname }) => unescaped(pathname.replace(/^.*\//, ""));
 
-/** @param {string} text @param {string} base @returns {URL | null} null if it is no address */
+/** @param {string} text @param {string} base @returns {URL | null} null if invalid */
 export function addressOf(text, base) {
   try {
     return new URL(text, base);

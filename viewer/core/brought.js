@@ -1,9 +1,9 @@
 // @ts-check
 /**
- * What a page of a single file brings with it: nothing here, where its parts are files beside each other. Where there is one file,
- * src/bobrossnet/page/joining.py writes this module anew.
+ * Contents embedded in a page of a single file: empty here, where the parts are separate files. For a single file,
+ * src/bobrossnet/page/joining.py generates this module.
  *
- * @type {{workers: Record<string, string>, parts: Record<string, string>}} workers: the text of each, by its name; parts:
- *   bytes, deflated and in base64, by their paths from the page's folder
+ * @type {{workers: Record<string, string>, parts: Record<string, string>}} workers: source texts by name; parts: bytes,
+ *   deflated and in base64, by path from the page's folder
  */
 export const BROUGHT = { workers: {}, parts: {} };

@@ -1,17 +1,17 @@
 // @ts-check
 /**
- * The core's WebAssembly module at work: calls, and its memory.
+ * An instance of the core's WebAssembly module: calls and memory.
  *
- * Everything lies in the memory of one instance. Where pages may share memory between workers, others lend it their threads
- * (workers/thread.js); elsewhere it has one, and a page starts as many workers as it likes, each with a core of its own. What the
- * other folders make of a core (shapes, scenes, G-buffers, networks) stays until it is freed, and must not be used afterwards. Any call
- * may move the memory: views of it are good until the next.
+ * All objects are in the memory of one instance. If pages may share memory between workers, other workers lend it their
+ * threads (workers/thread.js); otherwise it has one thread, and a page starts several workers, each with a separate
+ * core. Objects that the other folders make in a core (shapes, scenes, G-buffers, networks) live until they are freed,
+ * and must not be used afterwards. Any call may move the memory: views of it are valid until the next call.
  */
 import { CoreError } from "./errors.js";
 
 /** @typedef {Float32Array | Float64Array | Int32Array | Uint8Array} Numbers */
 
-/** Memory for an instance of a module that shares it with other workers, as wasm.cmake has it. @param {WebAssembly.Module} module */
+/** Memory for an instance of a module that shares it with other workers, as in wasm.cmake. @param {WebAssembly.Module} module */
 export const sharedMemoryFor = (module) =>
   WebAssembly.Module.imports(module).length > 0 ? new WebAssembly.Memory({ initial: 512, maximum: 65_535, shared: true }) : undefined;
 
@@ -22,21 +22,21 @@ export class Core {
   /** @type {number[]} */
   #lent = [];
 
-  /** @param {WebAssembly.Module} module @param {WebAssembly.Memory} [memory] what sharedMemoryFor makes */
+  /** @param {WebAssembly.Module} module @param {WebAssembly.Memory} [memory] from sharedMemoryFor */
   constructor(module, memory = sharedMemoryFor(module)) {
     this.#functions = new WebAssembly.Instance(module, memory && { env: { memory } }).exports;
     this.#memory = memory ?? this.#functions.memory;
     this.#functions._initialize();
   }
 
-  /** The module's memory as it is now. @returns {ArrayBuffer} */
+  /** The module's current memory. @returns {ArrayBuffer} */
   get memory() {
     return this.#memory.buffer;
   }
 
   /**
-   * Calls a function of bindings/wasm*.cpp. Typed arrays are copied to the module, and texts, with their
-   * size in bytes behind them.
+   * Calls a function of bindings/wasm*.cpp. Typed arrays and texts are copied to the module; texts are followed by
+   * their size in bytes.
    *
    * @param {string} name
    * @param {...(number | string | ArrayBufferView)} values
@@ -58,14 +58,14 @@ export class Core {
     }
   }
 
-  /** As `call`, of a function that returns 0 where it fails. @type {Core["call"]} */
+  /** As `call`, for a function that returns 0 on failure. @type {Core["call"]} */
   made(name, ...values) {
     const result = this.call(name, ...values);
     if (result === 0) throw new CoreError(this.#error());
     return result;
   }
 
-  /** @param {number} bytes @returns {number} the address of memory, which `release` gives back */
+  /** @param {number} bytes @returns {number} the address of memory to pass to `release` */
   allocate(bytes) {
     const address = this.#functions.allocate(bytes) >>> 0;
     if (address === 0) throw new CoreError(this.#error());
@@ -82,7 +82,7 @@ export class Core {
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
-  /** @param {ArrayBufferView} array @returns {number} the address of a copy, which `release` gives back */
+  /** @param {ArrayBufferView} array @returns {number} the address of a copy to pass to `release` */
   put(array) {
     const address = this.allocate(array.byteLength);
     new Uint8Array(this.memory, address).set(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
@@ -90,11 +90,11 @@ export class Core {
   }
 
   /**
-   * Fills an array with what f writes to the module's memory.
+   * Fills an array with numbers that f writes to the module's memory.
    *
    * @template {Numbers} T
    * @param {T} array
-   * @param {(address: number) => void} f writes as many numbers of its type
+   * @param {(address: number) => void} f writes the array's number of elements, of its type
    * @returns {T} the array
    */
   filled(array, f) {
@@ -111,7 +111,7 @@ export class Core {
 }
 
 /**
- * An array as one of a type.
+ * Converts an array to a type.
  *
  * @template T
  * @param {{new (values: ArrayLike<number>): T}} type @param {ArrayLike<number>} values @returns {T}

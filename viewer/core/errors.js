@@ -1,21 +1,21 @@
 // @ts-check
-/** Errors about unusable input, and the checks that throw them: name, what was expected, what came instead. */
+/** Errors about unusable input, and the checks that throw them: name, expected, got. */
 
-/** Where in a text something is wrong, as the core begins its messages. */
+/** The line number at the start of the core's messages. */
 const LINE = /^line (\d+)/;
 
-/** What is wrong, in one line. */
+/** An input error, in one line. */
 export class CoreError extends Error {
-  /** @param {string} message @param {number | null} [line] from 1; by default the one that the message begins with */
+  /** @param {string} message @param {number | null} [line] from 1; by default the line at the start of the message */
   constructor(message, line = Number(LINE.exec(message)?.[1] ?? 0) || null) {
     super(message);
-    /** The line of a script or formula that is wrong, from 1; null if the error is not in a line. */
+    /** The line of the error in a script or formula, from 1; null if it has no line. */
     this.line = line;
   }
 }
 
 /**
- * Returns f(); a CoreError that it throws is prefixed with the place: "shapes[2]: expected ...".
+ * Returns f(), and prefixes its CoreErrors with the place: "shapes[2]: expected ...".
  *
  * @template T
  * @param {string} place
@@ -30,7 +30,7 @@ export function placedErrors(place, f) {
   }
 }
 
-/** A value in few words. @param {unknown} value */
+/** A short text for a value. @param {unknown} value */
 export function brief(value) {
   const text = Array.isArray(value) ? `a list of ${value.length}` : value === null ? "null"
     : typeof value === "object" ? "an object" : `${typeof value} ${JSON.stringify(value)}`;
@@ -57,7 +57,7 @@ export function checkNumber(name, value, low, high) {
   return value;
 }
 
-/** Numbers that are all finite. @template {ArrayLike<number>} T @param {string} name @param {T} array @returns {T} */
+/** Checks that all numbers are finite. @template {ArrayLike<number>} T @param {string} name @param {T} array @returns {T} */
 export function checkFinite(name, array) {
   let bad = 0;
   for (let i = 0; i < array.length; ++i) if (!Number.isFinite(array[i])) ++bad;
@@ -72,7 +72,7 @@ export function checkList(name, value) {
 }
 
 /**
- * An object of these fields and no others.
+ * Checks that an object has exactly these fields.
  *
  * @param {string} name
  * @param {any} value

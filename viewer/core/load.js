@@ -1,5 +1,5 @@
 // @ts-check
-/** A core for whoever has no module compiled yet. */
+/** Loads a core without a compiled module. */
 import { compileCore } from "./compile.js";
 import { Core } from "./core.js";
 

@@ -1,19 +1,19 @@
 // @ts-check
 /**
- * Where everything is that is not among the modules of the page: workers, WebAssembly, weights. They are files beside this one, on
- * this server or another, or come with the page itself where that is a single file.
+ * Locations of workers, WebAssembly and weights. They are files next to this one, on this server or another, or
+ * embedded in a page of a single file.
  */
 import { BROUGHT } from "./brought.js";
 
-/** Browsers compile WebAssembly while it arrives only where the type says what it is. @param {string} path */
+/** Browsers compile WebAssembly while it arrives only with this type. @param {string} path */
 const typeOf = (path) => (path.endsWith(".wasm") ? "application/wasm" : "application/octet-stream");
 
 const isSingleFile = Object.keys(BROUGHT.parts).length > 0;
 
-/** Whether there is such a part: a single file has only what it needs. @param {string} path from the page's folder */
+/** Whether there is a part: a single file contains only the parts it needs. @param {string} path from the page's folder */
 export const isThere = (path) => !isSingleFile || Object.hasOwn(BROUGHT.parts, path);
 
-/** @param {string} path from the page's folder @returns {Promise<Response>} that has its bytes */
+/** @param {string} path from the page's folder @returns {Promise<Response>} with its bytes */
 export async function fetchPart(path) {
   if (isSingleFile) {
     if (!isThere(path)) throw new Error(`${path}: expected a part of this file, got none`);
@@ -34,14 +34,14 @@ function bytesOf(base64) {
 
 /** @param {"completing" | "reader" | "thread" | "tracer"} name of a module in workers/ @returns {Worker} */
 export function startWorker(name) {
-  // A page from a disk, or in a frame of no origin, may start scripts of its own, but no modules.
+  // A page from a disk, or in a frame with an opaque origin, may start scripts but no modules.
   if (isSingleFile) return workerOf(`"use strict";\n${BROUGHT.workers[name]}`, "classic");
   const url = new URL(`../workers/${name}.js`, import.meta.url);
-  // Browsers start no worker that is of another server, but one of this page may import it.
+  // Browsers start no worker from another server, but a worker of this page may import it.
   return url.origin === location.origin ? new Worker(url, { type: "module" }) : workerOf(`import ${JSON.stringify(url)};`, "module");
 }
 
-/** Of what no file has, by the texts. @type {Map<string, string>} */
+/** Object URLs of sources without a file, by text. @type {Map<string, string>} */
 const addresses = new Map();
 
 /** @param {string} text @param {WorkerType} type @returns {Worker} */

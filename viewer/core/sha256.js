@@ -1,12 +1,12 @@
 // @ts-check
-/** SHA-256: the browser's, which takes a tenth of the time, or the core's: pages without https have no other. */
+/** SHA-256: the browser's, in a tenth of the time, or the core's, for pages without https. */
 
-/** Bytes that are copied to the module at once. */
+/** Bytes copied to the module per call. */
 const PIECE = 1 << 20;
 
 /**
  * @param {import("./core.js").Core} core
- * @param {...Uint8Array<ArrayBuffer>} parts of what is hashed, in their order
+ * @param {...Uint8Array<ArrayBuffer>} parts of the hashed bytes, in order
  * @returns {Promise<Uint8Array>} (32,)
  */
 export async function sha256(core, ...parts) {

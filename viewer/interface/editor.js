@@ -1,10 +1,10 @@
 // @ts-check
-/** The text of a shape script: its lines' numbers, the line that is wrong, and sliders for the numbers that it names. */
+/** The editor of a shape script: line numbers, the line in error, and sliders for named numbers. */
 
 /** A line that names a number: `HEIGHT = 4  # in metres`. */
 const NAMED = /^([A-Za-z_]\w*)[ \t]*=[ \t]*(-?\d+(?:\.\d*)?|-?\.\d+)[ \t]*(?:#[ \t]*(.*))?$/;
 
-/** @param {string} text of a number @returns {{min: number, max: number, step: number}} what a slider offers */
+/** @param {string} text of a number @returns {{min: number, max: number, step: number}} the range of its slider */
 function range(text) {
   const value = Number(text), whole = /^-?\d+$/.test(text), size = Math.abs(value) || 1;
   const low = whole && value > 0 ? 1 : 0, high = whole ? Math.max(2 * size, 4) : 2 * size;
@@ -21,7 +21,7 @@ export class Editor {
 
   /**
    * @param {{text: HTMLTextAreaElement, numbers: HTMLElement, sliders: HTMLElement, error: HTMLElement}} elements
-   * @param {(script: string) => void} changed called when the text was changed here
+   * @param {(script: string) => void} changed called after each change of the text here
    */
   constructor({ text, numbers, sliders, error }, changed) {
     this.#text = text, this.#numbers = numbers, this.#sliders = sliders, this.#error = error, this.#changed = changed;
@@ -45,7 +45,7 @@ export class Editor {
     this.wrong(null);
   }
 
-  /** Marks what is wrong; null where nothing is. @param {string | null} message that may begin with "line 3, column 7: " */
+  /** Marks an error; null removes the mark. @param {string | null} message possibly beginning with "line 3, column 7: " */
   wrong(message) {
     const line = Number(/^line (\d+)/.exec(message ?? "")?.[1]);
     this.#error.textContent = message ?? "";
@@ -63,7 +63,7 @@ export class Editor {
     }
   }
 
-  /** A slider for each number that has a name. */
+  /** Makes a slider for each named number. */
   #offer() {
     const found = this.#text.value.split("\n").flatMap((line, i) => {
       const match = NAMED.exec(line.trimEnd());

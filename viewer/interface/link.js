@@ -1,20 +1,20 @@
 // @ts-check
-/** What a link restores: a scene and its camera, in the fragment, which no server sees. */
+/** Links to a scene and its camera: the state is in the fragment, which no server sees. */
 import { FIELDS, valid } from "../picture/camera.js";
 
 /**
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {{gallery?: string, script?: string, camera?: Camera}} State
- *   gallery: the file of a built-in scene; script: the text of one that is not
+ *   gallery: the file of a built-in scene; script: the text of any other scene
  */
 
-/** Bytes of a script, as many as the core takes: a link of 1 MB may unpack to a thousand times as many. */
+/** Maximum bytes of a script, as in the core. A link of 1 MB may unpack to a thousand times its size. */
 const MOST_BYTES = 1 << 20;
 
 /** @param {Uint8Array<ArrayBuffer>} bytes @param {CompressionStream | DecompressionStream} stream */
 const through = (bytes, stream) => new Blob([bytes]).stream().pipeThrough(stream);
 
-/** @param {State & {camera: Camera}} state @returns {Promise<string>} a fragment, from "#" on */
+/** @param {State & {camera: Camera}} state @returns {Promise<string>} a fragment, starting with "#" */
 export async function toFragment({ gallery, script, camera }) {
   const values = new URLSearchParams();
   if (gallery) values.set("scene", gallery);
@@ -30,7 +30,7 @@ export async function toFragment({ gallery, script, camera }) {
 
 /**
  * @param {string} fragment
- * @returns {Promise<State>} what of it can be read
+ * @returns {Promise<State>} its readable parts
  * @throws {Error} of one sentence, if its script is damaged or too long
  */
 export async function fromFragment(fragment) {

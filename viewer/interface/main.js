@@ -1,10 +1,10 @@
 // @ts-check
 /**
- * The page: its elements, and how they are wired to its state. Nothing here blocks; workers do whatever takes long.
+ * The page: its elements, and their connection to its state. Nothing here blocks; workers do all long work.
  *
- * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
- * pixels, and `?workers=1` the number of threads that trace. Its body may have the lens and the background of all pictures,
- * `data-field-of-view` and `data-background`, in the words of <bob-view>.
+ * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's
+ * size in pixels, and `?workers=1` the number of tracing threads. The body may set the field of view and background of
+ * all pictures by `data-field-of-view` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
 import { home } from "../component/orbit.js";
@@ -64,7 +64,7 @@ perspective.addEventListener("change", () => look({ fov: perspective.checked ? P
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
 const look = (camera) => (picture.camera = camera);
 
-// ---- What is shown of them -------------------------------------------------------------------------------
+// ---- Display modes ---------------------------------------------------------------------------------------
 
 function show() {
   const checked = document.querySelector('input[name="mode"]:checked');
@@ -74,7 +74,7 @@ function show() {
   picture.show({ mode: state.mode, divider: placeDivider() });
 }
 
-/** Aligns the line with the centre of the slider's thumb. @returns {number} where that is, 0..1 of the picture's width */
+/** Aligns the dividing line with the centre of the slider's thumb. @returns {number} its place, 0..1 of the picture's width */
 function placeDivider() {
   const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB), box = picture.pictureBox;
   line.style.left = `${left}px`;
@@ -129,7 +129,7 @@ function choose() {
   gallery.value = scene.gallery ?? "";
   copy.disabled = !known && scene.script === undefined && scene.address === undefined;
   copy.title = copy.disabled ? "A file of this machine has no link" : "";
-  // Which way is up is known for the gallery and for scripts.
+  // The up axis is known for the gallery and for scripts.
   yUp.parentElement?.toggleAttribute("hidden", !scene.source || scene.script !== undefined);
   yUp.checked = scene.source?.yUp ?? false;
 }
@@ -153,10 +153,10 @@ function openFile(opened, name, source, beside) {
   return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked, beside);
 }
 
-/** Files that belong to a model: its textures, buffers and materials. */
+/** Files that belong to a model: textures, buffers and materials. */
 const BESIDE = /\.(mtl|bin|png|jpe?g|webp|bmp|gif)$/i;
 
-/** Opens the first model among them, with the others beside it. @param {Iterable<File> | null | undefined} files */
+/** Opens the first model among the files, with the others as its parts. @param {Iterable<File> | null | undefined} files */
 function openFiles(files) {
   const all = Array.from(files ?? []), model = all.find(({ name }) => !BESIDE.test(name)) ?? all[0];
   if (model) openFile({ title: model.name }, model.name, model, all.filter((other) => other !== model));
@@ -185,7 +185,7 @@ addEventListener("drop", (event) => {
   openFiles(event.dataTransfer?.files);
 });
 
-// ---- What is taken along ---------------------------------------------------------------------------------
+// ---- Saving and links -------------------------------------------------------------------------------------
 
 element("home", HTMLButtonElement).addEventListener("click", () => look(home(picture.camera)));
 
@@ -197,7 +197,7 @@ element("save", HTMLButtonElement).addEventListener("click", async () => {
   URL.revokeObjectURL(anchor.href);
 });
 
-/** This page with its scene and camera. */
+/** A link to this page with its scene and camera. */
 async function link() {
   const { gallery, script } = state.scene;
   const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: picture.camera });
@@ -217,7 +217,7 @@ copy.addEventListener("click", async () => {
 
 // ---- Start -----------------------------------------------------------------------------------------------
 
-/** Opens what the address asks for. @throws {Error} of one sentence, where that is damaged */
+/** Opens the scene in the address. @throws {Error} of one sentence, if it is damaged */
 async function start() {
   const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
   if (linked.camera) look(linked.camera);

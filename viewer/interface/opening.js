@@ -1,18 +1,18 @@
 // @ts-check
 /**
- * Opens scenes: of the gallery, of files, and of the editor's script. Where that fails, the one before stays.
+ * Opens scenes: from the gallery, from files, and from the editor's script. On failure, the previous scene stays.
  *
  * @typedef {import("./state.js").State} State
  * @typedef {import("./state.js").OpenScene} OpenScene
  * @typedef {import("../component/viewing.js").Viewing} Viewing
  * @typedef {import("../component/viewing.js").Summary} Summary
  *
- * @typedef {object} Shown How the page shows what happens here
- * @property {(busy: boolean) => void} busy whether a scene is being opened
- * @property {() => void} opened called once another scene is shown
- * @property {() => void} chosen called whenever the state may have another scene, or has the same again
- * @property {(text: string | null) => void} message what is wrong with a file, or null
- * @property {(text: string | null) => void} wrong the same of the script
+ * @typedef {object} Shown Callbacks of the page
+ * @property {(busy: boolean) => void} busy reports whether a scene is being opened
+ * @property {() => void} opened called once another scene is displayed
+ * @property {() => void} chosen called whenever the scene in the state may have changed or been restored
+ * @property {(text: string | null) => void} message the error in a file, or null
+ * @property {(text: string | null) => void} wrong the error in the script, or null
  */
 import { fileName } from "../core/addresses.js";
 
@@ -42,10 +42,10 @@ export class Opening {
 
   /**
    * @param {OpenScene} opened
-   * @param {string} name with its ending
-   * @param {Blob | string} source or its address, also relative to the page
-   * @param {boolean} yUp whether it stores y up, which is known of the gallery
-   * @param {File[]} [beside] what was opened together with it
+   * @param {string} name with its suffix
+   * @param {Blob | string} source the file or its address, possibly relative to the page
+   * @param {boolean} yUp whether y is up in the file; known for the gallery
+   * @param {File[]} [beside] files opened together with it
    */
   file(opened, name, source, yUp, beside = []) {
     const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined;
@@ -57,7 +57,7 @@ export class Opening {
     return this.#replace({ title: "Script" }, () => this.#viewing.run(text), this.#shown.wrong);
   }
 
-  /** Shows a changed script, in the workers that have the one before if there is one. @param {string} text */
+  /** Displays a changed script, in the workers of the previous one if there is one. @param {string} text */
   async edit(text) {
     const state = this.#state, { edits } = state, viewing = this.#viewing;
     edits.newest = text;
@@ -87,11 +87,11 @@ export class Opening {
   }
 
   /**
-   * Opens a scene in the place of the one before.
+   * Opens a scene in place of the previous one.
    *
    * @param {OpenScene} opened
    * @param {() => Promise<Summary | null>} open
-   * @param {(text: string | null) => void} complain says what is wrong, null where nothing is
+   * @param {(text: string | null) => void} complain reports the error, or null
    */
   async #replace(opened, open, complain) {
     this.#shown.busy(true);

@@ -1,13 +1,13 @@
 // @ts-check
-/** How the page says what is measured of pictures. */
+/** Display of the pictures' statistics. */
 import { ERROR_GAIN } from "../picture/paint.js";
 
 /** @typedef {import("../component/statistics.js").Statistics} Statistics */
 
-const EVERY_MS = 250; // a few times a second, which can be read
+const EVERY_MS = 250; // a few times a second, slow enough to read
 
 /**
- * Keeps what the page says of its pictures up to date.
+ * Keeps the displayed statistics up to date.
  *
  * @param {Statistics} statistics
  * @param {import("./state.js").State} state

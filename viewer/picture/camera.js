@@ -1,28 +1,28 @@
 // @ts-check
 /**
- * The camera: its numbers, and the only place of the page that knows its projection, which is orthographic or, with a fov, in
- * perspective.
+ * The camera: its parameters and projection, which no other place of the page computes. It is orthographic or, with a
+ * fov, perspective.
  *
  * @typedef {{azimuth: number, elevation: number, roll: number, zoom: number, panX: number, panY: number, fov: number}} Camera
- *   as bobrossnet.Camera, in degrees; it is moved panX radii of the scene to the right, and panY up
+ *   as bobrossnet.Camera, in degrees; panX and panY translate it to the right and up, in radii of the scene
  * @typedef {{height: number, width: number}} Size of a picture, in pixels
  */
 
-/** The view from the front; a camera's numbers in the order in which the core and links have them. @type {Readonly<Camera>} */
+/** The front view; parameters in the order of the core and of links. @type {Readonly<Camera>} */
 export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 });
 
-/** Degrees of the height, where perspective is switched on. */
+/** Vertical field of view when perspective is switched on, in degrees. */
 export const PERSPECTIVE = 35;
 
 export const FIELDS = /** @type {(keyof Camera)[]} */ (Object.keys(HOME));
 
-/** A camera as the core takes it. @param {Partial<Camera>} camera that looks from the front where it does not say */
+/** A camera in the core's form. @param {Partial<Camera>} camera missing parameters default to the front view */
 export const cameraValues = (camera) => Float32Array.from(FIELDS, (name) => camera[name] ?? HOME[name]);
 
 /** @param {number} value @param {number} low @param {number} high */
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
-/** @param {Camera} camera @returns {Camera} with angles as links have them, and within what can be traced */
+/** @param {Camera} camera @returns {Camera} with angles normalised as in links, and clamped to the tracer's limits */
 export function valid({ azimuth, elevation, roll, zoom, panX, panY, fov }) {
   return {
     azimuth: ((azimuth % 360) + 360) % 360, elevation: clamp(elevation, -90, 90), roll: ((roll % 360) + 360) % 360,
@@ -31,14 +31,14 @@ export function valid({ azimuth, elevation, roll, zoom, panX, panY, fov }) {
   };
 }
 
-/** Radii of the scene for a pixel, in perspective at the scene's centre. @param {Camera} camera @param {Size} size */
+/** Side of a pixel, in radii of the scene; in perspective at the scene's centre. @param {Camera} camera @param {Size} size */
 function pixelSize({ zoom, fov }, { height, width }) {
   const shorter = Math.min(width, height), slope = Math.tan(fov * Math.PI / 360) * shorter / height;
   return 2 * Math.hypot(1, slope) / (zoom * shorter);
 }
 
 /**
- * The camera that shows everything so many pixels farther right and down.
+ * The camera that moves the picture to the right and down, in pixels.
  *
  * @param {Camera} camera @param {Size} size @param {number} right @param {number} down
  */
@@ -48,7 +48,7 @@ export function panned(camera, size, right, down) {
 }
 
 /**
- * The camera that shows everything so many times as large about a place in the picture, which stays where it is.
+ * The camera that magnifies the picture by a factor about a fixed place.
  *
  * @param {Camera} camera @param {Size} size
  * @param {number} factor

@@ -1,12 +1,12 @@
 // @ts-check
 /**
- * What is known of a pixel, channel by channel, as core/picture/channels.h has it; and the layouts that list channels.
+ * Channels of a pixel, as in core/picture/channels.h, and layouts that list them.
  *
- * @typedef {readonly string[]} Layout names of channels, in the order in which planes (C, height, width) and samples (n, C)
- *   have their components
+ * @typedef {readonly string[]} Layout names of channels, in the order of the components of planes (C, height, width)
+ *   and samples (n, C)
  */
 
-/** How many components each channel has. @type {Readonly<Record<string, number>>} */
+/** Number of components of each channel. @type {Readonly<Record<string, number>>} */
 const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, color: 3, albedo: 3, alpha: 1, instance: 1, shadow: 1, variance: 1 };
 
 /** Of a G-buffer. @type {Layout} */
@@ -16,16 +16,16 @@ export const GBUFFER = ["mask", "gray", "depth", "normal"];
 export const COLORED = [...GBUFFER, "color"];
 
 /**
- * Of samples, in which the mask says whether the ray hit, and of the planes in which a tracer keeps them: behind what a picture
- * shows, what a moving camera needs to shade it anew.
+ * The layout of samples, with 1 for a hit as the mask, and of a tracer's planes. First the displayed channels, then the
+ * inputs for shading a reprojected picture.
  *
  * @param {Layout} shown GBUFFER or COLORED
  * @returns {Layout}
  */
 export const tracedLayout = (shown) => [...shown, ...(shown === COLORED ? ["albedo"] : []), "instance"];
 
-/** How many components a layout has in all. @param {Layout} layout */
+/** Number of components of a layout. @param {Layout} layout */
 export const widthOf = (layout) => layout.reduce((sum, channel) => sum + COMPONENTS[channel], 0);
 
-/** Where a layout has a channel's first component. @param {Layout} layout @param {string} channel */
+/** Index of a channel's first component in a layout. @param {Layout} layout @param {string} channel */
 export const placeOf = (layout, channel) => widthOf(layout.slice(0, layout.indexOf(channel)));

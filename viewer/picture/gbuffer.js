@@ -1,5 +1,5 @@
 // @ts-check
-/** What is known of a picture, in the core's memory. */
+/** The G-buffer of a picture, in the core's memory. */
 import { COLORED, GBUFFER, placeOf, widthOf } from "./channels.js";
 
 /**
@@ -7,9 +7,9 @@ import { COLORED, GBUFFER, placeOf, widthOf } from "./channels.js";
  * @typedef {import("./channels.js").Layout} Layout
  */
 
-/** What was traced, and the picture completed from it. Its arrays are views of the core's memory. */
+/** The traced pixels, and the picture completed from them. Its arrays are views of the core's memory. */
 export class GBuffer {
-  /** How many pixels are known. */
+  /** Number of traced pixels. */
   traced = 0;
 
   /** @param {Core} core @param {number} height @param {number} width @param {Layout} [layout] GBUFFER or COLORED */
@@ -27,12 +27,12 @@ export class GBuffer {
     return this.layout === COLORED;
   }
 
-  /** (C, height, width), in the order of GBUFFER, with which every layout begins */
+  /** (C, height, width), in the order of GBUFFER, which begins every layout */
   get planes() {
     return this.#floats(0, widthOf(GBUFFER));
   }
 
-  /** So many planes from one on. @param {number} first @param {number} count */
+  /** The planes `first` to `first + count - 1`. @param {number} first @param {number} count */
   #floats(first, count) {
     const size = this.height * this.width;
     return new Float32Array(this.core.memory, this.address + 4 * first * size, count * size);
@@ -43,7 +43,7 @@ export class GBuffer {
     return this.#floats(placeOf(this.layout, channel), 1);
   }
 
-  /** (height, width), 0..1, once a network has completed it */
+  /** (height, width), 0..1, once completed by a network */
   get image() {
     return this.#floats(widthOf(this.layout), 1);
   }
@@ -52,7 +52,7 @@ export class GBuffer {
     return this.image.byteOffset;
   }
 
-  /** Where it is coloured: completed linear RGB, (3, height, width), by the completed image; else null. */
+  /** With colours: linear RGB, (3, height, width), completed along the completed image; else null. */
   completeColor() {
     if (!this.isColored) return null;
     const place = widthOf(this.layout) + 1, address = this.#floats(place, 3).byteOffset;
@@ -60,12 +60,12 @@ export class GBuffer {
     return this.#floats(place, 3); // the call may have moved the memory
   }
 
-  /** Linear RGB as traced, (3, height, width); null where it is not coloured. */
+  /** Traced linear RGB, (3, height, width); null without colours. */
   get color() {
     return this.isColored ? this.#floats(placeOf(this.layout, "color"), 3) : null;
   }
 
-  /** Takes what another one of this size has, with coverage in the place of gray: 1 where a ray hit. @param {GBuffer} other */
+  /** Copies another G-buffer of this size, with coverage in place of gray: 1 for a hit. @param {GBuffer} other */
   takeCoverage(other) {
     this.planes.set(other.planes);
     this.traced = other.traced;
@@ -73,13 +73,13 @@ export class GBuffer {
     for (let i = 0; i < gray.length; ++i) gray[i] = Number(depth[i] > 0);
   }
 
-  /** Forgets all pixels. */
+  /** Clears all pixels. */
   clear() {
     this.#floats(0, widthOf(this.layout)).fill(0);
     this.traced = 0;
   }
 
-  /** Replaces all that is known. @param {Float32Array} planes (C, height, width) */
+  /** Replaces all pixels. @param {Float32Array} planes (C, height, width) */
   set(planes) {
     this.#floats(0, widthOf(this.layout)).set(planes);
     let traced = 0;
@@ -87,7 +87,7 @@ export class GBuffer {
     this.traced = traced;
   }
 
-  /** Takes what was traced. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), as Scene.trace returns them */
+  /** Adds traced pixels. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), from Scene.trace */
   add(pixels, samples) {
     const count = pixels.length / 2;
     const [added] = this.core.filled(new Int32Array(1), (address) => {

@@ -1,11 +1,11 @@
 // @ts-check
-/** Samples outlive their frame: what a tracer's earlier pictures say about the next one, as core/reprojection/history.h has it. */
+/** Reprojection: samples of a tracer's earlier pictures reused for the next one, as in core/reprojection/history.h. */
 import { cameraValues } from "./camera.js";
 import { COLORED, tracedLayout, widthOf } from "./channels.js";
 import { addSamples, halves } from "./order.js";
 
 /**
- * What is expected of a picture, and the order in which rays go where that may be wrong.
+ * Reprojected samples of a picture, and the order of rays that refreshes the most doubtful ones.
  *
  * @typedef {import("./order.js").RoundOrder} RoundOrder
  * @typedef {import("./camera.js").Camera} Camera
@@ -16,11 +16,14 @@ export class History {
   #layout;
   #handle;
   #order;
-  /** The address of how far from its pixel's centre each was seen, (height, width). */
+  /** Address of the distances of samples from their pixels' centres, (height, width). */
   #offCenter;
   #isColored;
 
-  /** @param {import("../core/core.js").Core} core @param {import("./camera.js").Size} size @param {import("./channels.js").Layout} layout that is shown */
+  /**
+   * @param {import("../core/core.js").Core} core @param {import("./camera.js").Size} size
+   *   @param {import("./channels.js").Layout} layout displayed
+   */
   constructor(core, { height, width }, layout) {
     const pixels = height * width;
     this.#core = core;
@@ -29,19 +32,19 @@ export class History {
     this.#isColored = Number(layout === COLORED);
     this.#handle = core.made("make_history", this.#isColored, height, width);
     this.#order = core.made("make_refresh_order", height, width);
-    /** The address of what is expected, and over it what was traced, (C, height, width) of the traced layout. */
+    /** Address of the reprojected samples, overwritten by traced ones, (C, height, width) of the traced layout. */
     this.planes = core.allocate(4 * widthOf(tracedLayout(layout)) * pixels);
     this.#offCenter = core.allocate(4 * pixels);
   }
 
   /**
-   * Begins the picture of a camera, with what is expected, shaded anew.
+   * Begins a camera's picture with reprojected samples, shaded again.
    *
    * @param {number} scene its handle in the core
-   * @param {Camera} before which traced the one before @param {number} traced the address of that one's planes
+   * @param {Camera} before of the last picture @param {number} traced the address of its planes
    * @param {Camera} camera
    * @param {number} seed
-   * @returns {number} at how many pixels a surface is expected: none after a jump
+   * @returns {number} number of pixels with a reprojected surface; 0 after a jump
    */
   move(scene, before, traced, camera, seed) {
     const core = this.#core;
@@ -66,10 +69,10 @@ export class History {
   end() {}
 
   /**
-   * A copy of what is expected, with what was traced over it.
+   * A copy of the reprojected samples, overwritten by traced ones.
    *
-   * @param {Float32Array} [spare] that it may be written to, since new memory takes longer than copying
-   * @returns {Float32Array} (C, height, width) of what is shown
+   * @param {Float32Array} [spare] for the result, since allocation takes longer than copying
+   * @returns {Float32Array} (C, height, width) of the displayed channels
    */
   picture(spare) {
     const count = widthOf(this.#layout) * this.size.height * this.size.width;

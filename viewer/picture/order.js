@@ -1,23 +1,24 @@
 // @ts-check
-/** Pixel orders: the sequence in which the pixels of a picture are traced. */
+/** Pixel orders: sequences of a picture's pixels for tracing. */
 import { COLORED, GBUFFER, tracedLayout, widthOf } from "./channels.js";
 
 /** @typedef {{height: number, width: number, seed?: number | bigint}} Which */
 
-/** A seed in halves, as the core takes it. @param {number | bigint} seed @returns {[number, number]} low and high */
+/** A seed in halves, as the core expects it. @param {number | bigint} seed @returns {[number, number]} low and high */
 export function halves(seed) {
   const bits = BigInt.asUintN(64, BigInt(seed));
   return [Number(bits & 0xffffffffn), Number(bits >> 32n)];
 }
 
 /**
- * What decides which pixels of a picture are traced next, round by round: what all pixels of the rounds before show.
+ * Chooses the pixels of a picture round by round, from the samples of all earlier rounds.
  *
  * @typedef {object} RoundOrder
- * @property {(planes: number, wanted: number, count: number) => number} next writes how many pixels the next round has, of which
- *   so many are wanted, and returns the address of these; planes: address of what was traced, (C, height, width) of the traced layout
- * @property {(pixels: Int32Array, samples: Float32Array) => void} add takes what pixels show
- * @property {() => void} end it decides no more of this picture
+ * @property {(planes: number, wanted: number, count: number) => number} next returns the address of the next round's
+ *   pixels and writes their number to `count`; wanted: number of pixels there is time for; planes: address of the
+ *   traced planes, (C, height, width) of the traced layout
+ * @property {(pixels: Int32Array, samples: Float32Array) => void} add adds samples
+ * @property {() => void} end ends the picture
  *
  * @implements {RoundOrder}
  */
@@ -26,7 +27,10 @@ class OrderOfCore {
   #handle;
   #isColored;
 
-  /** @param {import("../core/core.js").Core} core @param {number} handle @param {import("./channels.js").Layout} layout that is shown */
+  /**
+   * @param {import("../core/core.js").Core} core @param {number} handle @param {import("./channels.js").Layout} layout
+   *   displayed
+   */
   constructor(core, handle, layout) {
     this.#core = core;
     this.#isColored = Number(layout === COLORED);
@@ -45,42 +49,48 @@ class OrderOfCore {
   }
 }
 
-/** Wherever pixels are needed most, as core/sampling/adaptive.h has it. */
+/** Adaptive refinement, as in core/sampling/adaptive.h. */
 export class AdaptiveOrder extends OrderOfCore {
-  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  /**
+   * @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout]
+   *   displayed
+   */
   constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
     super(core, core.made("make_adaptive_order", ...halves(seed), height, width), layout);
   }
 }
 
-/** Squares that differ, row by row, for rays that cost little, as core/sampling/squares.h has it. */
+/** Division of squares by contrast, row by row, for fast rays, as in core/sampling/squares.h. */
 export class SquaresOrder extends OrderOfCore {
-  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  /**
+   * @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout]
+   *   displayed
+   */
   constructor(core, { height, width }, layout = GBUFFER) {
     super(core, core.made("make_squares_order", height, width), layout);
   }
 }
 
-/** The pixels of a picture in some order, piece by piece as they are traced. */
+/** The pixels of a picture in some order, in pieces as they are traced. */
 export class PixelSequence {
   #core;
   #order;
   #size;
   #isColored;
   #round = new Int32Array(0);
-  /** How many pixels of the round are handed out. */
+  /** Number of pixels of the round already returned. */
   #taken = 0;
-  /** Of how many pixels it is known what they show. */
+  /** Number of pixels with known samples. */
   #known = 0;
-  /** How many pixels are handed out. */
+  /** Number of pixels already returned. */
   done = 0;
-  /** How many rounds have begun. */
+  /** Number of rounds begun. */
   rounds = 0;
 
   /**
    * @param {import("../core/core.js").Core} core
    * @param {import("./camera.js").Size} size
-   * @param {import("./channels.js").Layout} [layout] that is shown
+   * @param {import("./channels.js").Layout} [layout] displayed
    * @param {RoundOrder} [order]
    */
   constructor(core, { height, width }, layout = GBUFFER, order = new AdaptiveOrder(core, { height, width }, layout)) {
@@ -88,15 +98,15 @@ export class PixelSequence {
     this.#order = order;
     this.#size = { height, width };
     this.#isColored = Number(layout === COLORED);
-    /** The address of what was traced, (C, height, width) of the traced layout; where the mask is 0, the rest has any values. */
+    /** Address of the traced planes, (C, height, width) of the traced layout; where the mask is 0, the rest is undefined. */
     this.planes = core.allocate(4 * widthOf(tracedLayout(layout)) * height * width);
     new Float32Array(core.memory, this.planes, height * width).fill(0);
   }
 
   /**
-   * How many pixels can be handed out now: none where what comes next depends on some that were not added yet.
+   * Number of pixels available now: 0 if the next ones depend on samples not added yet.
    *
-   * @param {number} [wanted] how many there is time for
+   * @param {number} [wanted] number of pixels there is time for
    */
   available(wanted = Infinity) {
     const { height, width } = this.#size, left = height * width - this.done;
@@ -112,14 +122,14 @@ export class PixelSequence {
     return this.#round.length / 2 - this.#taken;
   }
 
-  /** The next pixels. @param {number} count at most as many as are available @returns {Int32Array} (count, 2) */
+  /** The next pixels. @param {number} count at most `available` @returns {Int32Array} (count, 2) */
   next(count) {
     const first = this.#taken;
     this.#taken += count, this.done += count;
     return this.#round.slice(2 * first, 2 * this.#taken);
   }
 
-  /** Takes what pixels show that were handed out, once each. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C) */
+  /** Adds the samples of returned pixels, once each. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C) */
   add(pixels, samples) {
     addSamples(this.#core, this.#size, this.#isColored, pixels, samples, this.planes);
     this.#order.add(pixels, samples);
@@ -132,16 +142,19 @@ export class PixelSequence {
   }
 }
 
-/** All pixels of a picture, in the sequence of the lattice, as core/sampling/whole.h has it. */
+/** All pixels of a picture, in the order of the lattice, as in core/sampling/whole.h. */
 export class WholeOrder extends OrderOfCore {
-  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  /**
+   * @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout]
+   *   displayed
+   */
   constructor(core, { height, width }, layout = GBUFFER) {
     super(core, core.made("make_whole_order", height, width), layout);
   }
 }
 
 /**
- * Writes what pixels show to planes, (C, height, width) of the traced layout.
+ * Scatters samples to planes, (C, height, width) of the traced layout.
  *
  * @param {import("../core/core.js").Core} core @param {import("./camera.js").Size} size @param {number} isColored 0 or 1
  * @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C) @param {number} planes their address

@@ -1,15 +1,18 @@
 // @ts-check
-/** From a G-buffer and completed pictures to pixels of a screen. */
+/** Conversion of G-buffers and completed pictures to screen pixels. */
 
 /** @typedef {"completed" | "traced" | "split" | "difference" | "uncertain"} Mode */
 
-/** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/picture/files.py. */
+/** Green for untraced pixels, different from every gray; as in bobrossnet/picture/files.py. */
 const UNTRACED = pack(0, 150, 70);
 
-/** By how much errors are magnified. */
+/** Magnification of errors. */
 export const ERROR_GAIN = 4;
 
-/** @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} as ImageData has them, little-endian */
+/**
+ * @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} in ImageData's format,
+ *   little-endian
+ */
 function pack(red, green, blue) {
   return (0xff000000 | blue << 16 | green << 8 | red) >>> 0;
 }
@@ -17,34 +20,34 @@ function pack(red, green, blue) {
 /** Rounds as numpy does, halves to even, and clamps. */
 const byte = new Uint8ClampedArray(1);
 
-/** A value of a map, such as an error. @param {number} value 0..1 */
+/** The pixel of a map's value, such as an error. @param {number} value 0..1 */
 function level(value) {
   byte[0] = 255 * value;
   return (0xff000000 | byte[0] * 0x010101) >>> 0;
 }
 
-/** sRGB of linear values, finely enough for every one of its 256 steps. */
+/** sRGB by a table of linear values, fine enough for each of its 256 steps. */
 const SRGB = Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
   const value = i / 2 ** 14;
   return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
 });
 
-/** @param {number} value linear, 0..1, by rounding perhaps more */
+/** @param {number} value linear, 0..1, or slightly more by rounding */
 const encode = (value) => SRGB[Math.max(0, Math.min(2 ** 14, Math.round(2 ** 14 * value)))];
 
-/** The one tone of all pictures, white or coloured. @param {number} gray linear, 0..1 */
+/** The pixel of a gray value. @param {number} gray linear, 0..1 */
 const shade = (gray) => (0xff000000 | encode(gray) * 0x010101) >>> 0;
 
 /**
- * How to show pixel i of linear RGB, (3, height, width).
+ * The pixel of linear RGB, (3, height, width), at index i.
  *
- * @param {Float32Array} color @param {number} size @param {number} i @param {number} [coverage] by which it was multiplied
+ * @param {Float32Array} color @param {number} size @param {number} i @param {number} [coverage] factor to divide out
  */
 function tint(color, size, i, coverage = 1) {
   return pack(encode(color[i] / coverage), encode(color[size + i] / coverage), encode(color[2 * size + i] / coverage));
 }
 
-// Loops over whole pictures, each over arrays alone: where a loop calls what was chosen before it, a page takes three times as long.
+// Loops over whole pictures, one per kind of arrays. Calling a chosen function in the loop takes three times as long.
 
 /** @param {Float32Array} grays @param {Uint32Array} pixels */
 function shadeAll(grays, pixels) {
@@ -60,7 +63,7 @@ function tintAll(color, pixels) {
 }
 
 /**
- * Of a transparent picture; colours undo what coverage they were multiplied by, as ImageData has them.
+ * For a transparent picture; colours are divided by their coverage, as ImageData expects.
  *
  * @param {Float32Array} image @param {Float32Array | null | undefined} color @param {Float32Array} alpha @param {Uint32Array} pixels
  */
@@ -78,11 +81,11 @@ function coverAll(image, color, alpha, pixels) {
  *   expected: Float32Array | null, exact: boolean, color?: Float32Array | null, completedColor?: Float32Array | null,
  *   alpha?: Float32Array | null
  * }} look
- *   arrays (height, width), 0..1; color, completedColor: the same of gray and image in linear RGB, (3, height, width), where there are
- *   colours; first: the picture as it was first completed; expected: the errors of `image`; divider:
- *   0..1, left of which a split picture has traced pixels; alpha: how much of each completed pixel is covered, where the picture is
- *   transparent; where the picture is not yet exact, a difference shows the completed picture
- * @param {ImageData} painted all of which is replaced
+ *   arrays (height, width), 0..1; color, completedColor: gray and image in linear RGB, (3, height, width), if there are
+ *   colours; first: the first completed picture; expected: predicted errors of `image`; divider: 0..1, a split picture
+ *   has traced pixels to the left of it; alpha: coverage of each completed pixel, if the picture is transparent; until
+ *   the picture is exact, a difference shows the completed picture
+ * @param {ImageData} painted replaced entirely
  */
 export function paint(look, painted) {
   const { mode, divider, mask, gray, image, first, expected, exact, color, completedColor, alpha } = look, { height, width } = painted;

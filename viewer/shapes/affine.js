@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Affine maps of space: 4x4 matrices as 16 numbers row by row, multiplied from the left to column vectors.
+ * Affine maps of space: 4x4 matrices as 16 numbers row by row, applied to column vectors.
  *
  * @typedef {ArrayLike<number>} Matrix 16 numbers, the last four 0, 0, 0, 1
  */
@@ -8,10 +8,10 @@
 /** @type {readonly number[]} */
 export const IDENTITY = Object.freeze([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
-/** Turns y up to z up: (x, y, z) becomes (x, -z, y). @type {readonly number[]} */
+/** Rotates y up to z up: (x, y, z) becomes (x, -z, y). @type {readonly number[]} */
 export const UPRIGHT = Object.freeze([1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1]);
 
-/** The map that does b first, then a. @param {Matrix} a @param {Matrix} b @returns {number[]} */
+/** The composition: first b, then a. @param {Matrix} a @param {Matrix} b @returns {number[]} */
 export function product(a, b) {
   const result = [];
   for (let row = 0; row < 16; row += 4) {
@@ -24,10 +24,10 @@ export function product(a, b) {
   return result;
 }
 
-/** What is singular, as bobrossnet.shapes.affine.FLATTEST. */
+/** Threshold of singular maps, as bobrossnet.shapes.affine.FLATTEST. */
 const FLATTEST = 1e-10;
 
-/** Whether a map presses space flat. @param {import("../core/core.js").Core} core @param {Matrix} map */
+/** Whether a map is singular. @param {import("../core/core.js").Core} core @param {Matrix} map */
 export function isSingular(core, map) {
   const [largest, , smallest] = core.filled(new Float64Array(3), (address) => {
     core.call("singular_values", Float64Array.from(map), address);

@@ -1,5 +1,5 @@
 // @ts-check
-/** Surfaces of formulas: of scripts, of .vm files, and of the arrays of scene files. */
+/** Surfaces of formulas: from scripts, .vm files, and the arrays of scene files. */
 import { as } from "../core/core.js";
 import { placedErrors } from "../core/errors.js";
 import { Shape } from "./shape.js";
@@ -9,22 +9,22 @@ import { Shape } from "./shape.js";
  * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array, mesh_sizes?: Uint32Array, mesh_vertices?: Float32Array,
  *   mesh_triangles?: Uint32Array, color_ops?: Uint8Array, color_operands?: Uint32Array, color_values?: Float64Array,
  *   color_roots?: Uint32Array, color_mesh_sizes?: Uint32Array, color_mesh_vertices?: Float32Array,
- *   color_mesh_triangles?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and the meshes among them; the same of its
- *   surface's colour, perhaps, with its roots (3,), as in scene files (CONVENTIONS.md)
+ *   color_mesh_triangles?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and its meshes; optionally the same
+ *   for its surface's colour, with its roots (3,), as in scene files (CONVENTIONS.md)
  */
 
-/** The shape that a script makes (docs/scripts.md). @param {Core} core @param {string} source */
+/** The shape of a script (docs/scripts.md). @param {Core} core @param {string} source */
 export function scriptShape(core, source) {
   return withExpression(core, run(core, source), (expression) => shapeOf(core, expression));
 }
 
 /**
- * The surface of a .vm formula. Where it is bounded it is taken whole, else cut by the cube from -1 to 1; one without
- * z is extruded to a height of 0.1 (CONVENTIONS.md).
+ * The surface of a .vm formula. A bounded surface is complete; an unbounded one is cut by the cube from -1 to 1. A
+ * formula without z is extruded to a height of 0.1 (CONVENTIONS.md).
  *
  * @param {Core} core
  * @param {string} text
- * @param {ArrayLike<number>} [bounds] (2, 3), to look there
+ * @param {ArrayLike<number>} [bounds] (2, 3), to search there
  */
 export function formulaShape(core, text, bounds) {
   return withExpression(core, parse(core, text), (expression) => {
@@ -43,13 +43,13 @@ export function implicitShape(core, nodes, bounds) {
   return withExpression(core, make(core, nodes), (expression) => shapeOf(core, expression, bounds));
 }
 
-/** Throws if something is wrong with a script, without looking for its surface. @param {Core} core @param {string} source */
+/** Throws if a script is invalid, without finding its surface. @param {Core} core @param {string} source */
 export const checkScript = (core, source) => withExpression(core, run(core, source), () => undefined);
 
-/** The same of a .vm formula. @param {Core} core @param {string} text */
+/** Throws if a .vm formula is invalid. @param {Core} core @param {string} text */
 export const checkFormula = (core, text) => withExpression(core, parse(core, text), () => undefined);
 
-/** The same of the arrays of a scene file. @param {Core} core @param {Nodes} nodes */
+/** Throws if the arrays of a scene file are invalid. @param {Core} core @param {Nodes} nodes */
 export const checkNodes = (core, nodes) => withExpression(core, make(core, nodes), () => undefined);
 
 // ---- Expressions -----------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ function make(core, nodes) {
 }
 
 /**
- * The meshes that arrays hold while f looks at them; 0 without.
+ * Calls f with the meshes of arrays; with 0 if there are no meshes.
  *
  * @template T
  * @param {Core} core
@@ -113,7 +113,7 @@ function withExpression(core, expression, f) {
   }
 }
 
-/** @param {Core} core @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3), which are found without */
+/** @param {Core} core @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3), found if omitted */
 function shapeOf(core, expression, bounds) {
   return new Shape(core, core.made("make_implicit", expression, bounds ? as(Float64Array, bounds) : 0));
 }

@@ -1,11 +1,11 @@
 // @ts-check
-/** Pictures on meshes, which share them: they have the same arrays. */
+/** Pictures on meshes: meshes with the same arrays share one. */
 
 /** @typedef {import("./description.js").MeshDescription} MeshDescription */
 
-/** What is made once for each picture. @template T */
+/** Values made once for each picture. @template T */
 export class OfPictures {
-  /** By their texels, and by their alpha. @type {Map<Uint8Array | undefined, Map<Uint8Array | undefined, T>>} */
+  /** By texels, then by alpha. @type {Map<Uint8Array | undefined, Map<Uint8Array | undefined, T>>} */
   #made = new Map();
 
   /**
@@ -27,7 +27,7 @@ export class OfPictures {
 }
 
 /**
- * A mesh's picture in the core, to be freed; 0 of none.
+ * A mesh's picture in the core, to be freed; 0 if it has no picture.
  *
  * @param {import("../core/core.js").Core} core
  * @param {MeshDescription} mesh

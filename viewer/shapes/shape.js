@@ -1,7 +1,7 @@
 // @ts-check
-/** What every shape can do. */
+/** The interface of all shapes. */
 
-/** A surface, in units of its own. */
+/** A surface in any units. */
 export class Shape {
   /** @param {import("../core/core.js").Core} core @param {number} handle */
   constructor(core, handle) {
@@ -9,12 +9,12 @@ export class Shape {
     this.handle = handle;
   }
 
-  /** Whether building it reached its budget of work: rays are as exact, but take long. */
+  /** Whether construction reached its work budget: rays are as exact, but slow. */
   get isCoarse() {
     return this.core.call("is_coarse", this.handle) !== 0;
   }
 
-  /** Scenes that have it keep it. */
+  /** Scenes that use it keep it alive. */
   free() {
     this.core.call("free_shape", this.handle);
   }

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * NURBS as shapes: what scene files hold of breps and tubes is checked. Names and symbols are those of Piegl and Tiller, *The
+ * NURBS as shapes: checks the tensors of breps and tubes in scene files. Names and symbols as in Piegl and Tiller, *The
  * NURBS Book*.
  *
  * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims:
@@ -48,7 +48,7 @@ export function tubeShape(core, tensors) {
 
 // ---- Checks ----------------------------------------------------------------------------------------------
 
-/** Throws a CoreError unless tensors are those of a brep. @param {BrepTensors} tensors */
+/** Throws a CoreError unless the tensors form a brep. @param {BrepTensors} tensors */
 export function checkBrep(tensors) {
   const { faces, loops, trims, tolerance, face_colors } = tensors;
   const takeLoops = pieces("loops", loops), takeTrims = pieces("trims", trims, 2);
@@ -88,7 +88,7 @@ export function checkBrep(tensors) {
   if (face_colors?.some((value) => !(value >= 0 && value <= 1))) throw new CoreError("face_colors: expected numbers in 0..1");
 }
 
-/** Throws a CoreError unless tensors are those of a tube. @param {TubeTensors} tensors */
+/** Throws a CoreError unless the tensors form a tube. @param {TubeTensors} tensors */
 export function checkTube({ control_points: points, knots, radii, weights }) {
   const count = points.length / 3, degree = knots.length - count - 1;
   for (const [name, array, size] of /** @type {const} */ ([["radii", radii, count], ["weights", weights, count]])) {
@@ -112,7 +112,7 @@ function checkSize(count, degree) {
   checkInteger("degree", degree, 1, Math.min(MAX_DEGREE, count - 1));
 }
 
-/** Points whose last number is a weight. @param {string} name @param {Float64Array} points @param {number} width */
+/** Checks points whose last number is a weight. @param {string} name @param {Float64Array} points @param {number} width */
 function checkPoints(name, points, width) {
   checkCoordinates(name, points);
   checkWeights(points.filter((_, i) => i % width === width - 1));
@@ -134,7 +134,7 @@ function checkAboveZero(name, values) {
   if (wrong !== undefined) throw new CoreError(`${name}: expected numbers above 0, got ${wrong}`);
 }
 
-/** @param {string} name @param {Float64Array} values finite, and not too large for their products */
+/** @param {string} name @param {Float64Array} values finite, with finite products */
 export function checkCoordinates(name, values) {
   checkFinite(name, values);
   const wrong = values.find((value) => Math.abs(value) > MAX_COORDINATE);
@@ -166,11 +166,11 @@ function checkKnots(name, knots, count, degree) {
 }
 
 /**
- * Takes an array apart, from its beginning to its end.
+ * Splits an array into pieces, from its beginning to its end.
  *
  * @template {Int32Array | Float64Array} T
  * @param {string} name @param {T} array @param {number} [width] of a row
- * @returns {(count: number, last?: boolean) => T} the next rows; `last` says that there must be no more
+ * @returns {(count: number, last?: boolean) => T} the next rows; `last` requires that none remain
  */
 function pieces(name, array, width = 1) {
   let at = 0;

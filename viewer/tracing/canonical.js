@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The canonical order of a scene's instances, in which the core must get them: by SHA-256 of what they are, as in Python, so
- * that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
+ * The canonical order of a scene's instances, required by the core. Sorts by SHA-256 of their contents, as in Python,
+ * so that pictures do not depend on the order in a file. Scripts and .vm formulas are hashed as texts.
  */
 
 import { sha256 } from "../core/sha256.js";
@@ -15,12 +15,12 @@ import { WHITE, materialValues } from "./description.js";
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  */
 
-/** How numpy calls the types of arrays. */
+/** numpy's names of array types. */
 const DTYPES = new Map(/** @type {[Function, string][]} */ ([
   [Float64Array, "<f8"], [Float32Array, "<f4"], [Int32Array, "<i4"], [Uint32Array, "<u4"], [Uint8Array, "|u1"],
 ]));
 
-/** Columns of arrays that have rows. @type {Record<string, Record<string, number>>} */
+/** Columns of two-dimensional arrays. @type {Record<string, Record<string, number>>} */
 const COLUMNS = {
   mesh: { vertices: 3, triangles: 3, normals: 3, colors: 3, face_colors: 3, uv: 2 },
   picture: { texels: 3 },
@@ -29,7 +29,11 @@ const COLUMNS = {
   tube: { control_points: 3 },
 };
 
-/** The same scene with its instances in their order. @param {Core} core @param {SceneDescription} scene @returns {Promise<SceneDescription>} */
+/**
+ * The scene with its instances in canonical order.
+ *
+ * @param {Core} core @param {SceneDescription} scene @returns {Promise<SceneDescription>}
+ */
 export async function inCanonicalOrder(core, scene) {
   const { shapes, instances } = scene, count = instances.length;
   if (count < 2) return scene;
@@ -46,7 +50,7 @@ export async function inCanonicalOrder(core, scene) {
 }
 
 /**
- * As core/tracing/canonical.h has it. A picture counts by its own digest, as in bobrossnet.shapes.mesh.
+ * The digest of core/tracing/canonical.h. A picture is hashed separately, as in bobrossnet.shapes.mesh.
  *
  * @param {Core} core
  * @param {ShapeDescription} description

@@ -5,22 +5,22 @@
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number,
  *   metallic?: number | null, roughness?: number | null, emissive?: ArrayLike<number>}} Material
- *   color, emissive: linear RGB; without a roughness, Blinn-Phong
+ *   color, emissive: linear RGB; Blinn-Phong if roughness is omitted
  * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}}
  *   InstanceDescription
- *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by
+ *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
  *   default
  * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[]}} SceneDescription
- *   warnings: what of a file was left out or is not shown as it is, a line each
+ *   warnings: parts of a file left out or shown differently, a line each
  */
 
 import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
 
-/** Of a scene, as bobrossnet.tracing.scene.MAX_INSTANCES. */
+/** Maximum number of instances of a scene, as bobrossnet.tracing.scene.MAX_INSTANCES. */
 const MAX_INSTANCES = 100_000;
 
-/** Throws a CoreError unless a scene can have as many instances. @param {string} name @param {number} count */
+/** Throws a CoreError if a scene has too many instances. @param {string} name @param {number} count */
 export function checkCount(name, count) {
   if (count > MAX_INSTANCES) {
     throw new CoreError(`${name}: expected at most ${MAX_INSTANCES.toLocaleString("en")}, got ${count.toLocaleString("en")}`);
@@ -31,7 +31,7 @@ export function checkCount(name, count) {
 export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
 
 /**
- * A scene of one shape, where its own coordinates say.
+ * A scene of one shape, in the shape's coordinates.
  *
  * @param {ShapeDescription} shape
  * @param {string | null} [name]
@@ -42,7 +42,7 @@ export function sceneOf(shape, name = null) {
 }
 
 /**
- * The same scene with what is stored as y up turned to z up, as bobrossnet.Scene.turned_upright.
+ * The same scene, rotated from y up to z up, as bobrossnet.Scene.turned_upright.
  *
  * @param {SceneDescription} scene
  * @returns {SceneDescription}
@@ -55,7 +55,7 @@ export function turnedUpright(scene) {
 }
 
 /**
- * Red, green, blue, ambient, diffuse, specular, shininess, metallic, roughness (-1 without one), and what it emits.
+ * Red, green, blue, ambient, diffuse, specular, shininess, metallic, roughness (-1 if omitted), and emission.
  *
  * @param {Material} material
  */

@@ -1,5 +1,5 @@
 // @ts-check
-/** Scenes in the core: how they are made of their descriptions, and traced. */
+/** Scenes in the core: construction from descriptions, and tracing. */
 
 import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
@@ -23,7 +23,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
 export class Scene {
   /**
    * @param {Core} core
-   * @param {Instance[]} instances where surfaces coincide, the first of them is seen
+   * @param {Instance[]} instances of coinciding surfaces, the first is visible
    * @param {string[]} [warnings] about the shapes
    */
   constructor(core, instances, warnings = []) {
@@ -33,7 +33,7 @@ export class Scene {
     this.warnings = warnings;
     this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
                             Float64Array.from(joined("material")));
-    /** Of what its pictures show. @type {import("../picture/channels.js").Layout} */
+    /** The displayed channels. @type {import("../picture/channels.js").Layout} */
     this.layout = core.call("scene_is_colored", this.handle) ? COLORED : GBUFFER;
   }
 
@@ -43,7 +43,7 @@ export class Scene {
    * @param {Int32Array} pixels (n, 2), row and column
    * @param {import("../picture/camera.js").Size} size of the image
    * @param {Partial<import("../picture/camera.js").Camera>} [camera]
-   * @param {Float32Array} [samples] where to write them
+   * @param {Float32Array} [samples] array for the result
    * @returns {Float32Array} samples, (n, C), in the order of the traced layout
    */
   trace(pixels, { height, width }, camera = {}, samples = new Float32Array(this.sampleWidth * pixels.length / 2)) {
@@ -57,7 +57,7 @@ export class Scene {
     return Number(this.layout === COLORED);
   }
 
-  /** How many numbers a sample has. */
+  /** Number of components of a sample. */
   get sampleWidth() {
     return widthOf(tracedLayout(this.layout));
   }
@@ -68,11 +68,11 @@ export class Scene {
 }
 
 /**
- * The scene in the core. Where surfaces coincide, the first of the instances is seen.
+ * The scene in the core. Of coinciding surfaces, the first instance's is visible.
  *
  * @param {Core} core
  * @param {SceneDescription} description
- * @returns {Scene} its creator frees it
+ * @returns {Scene} the caller frees it
  * @throws {CoreError} of one line, if a shape has no surface, is unbounded, or is invalid
  */
 export function buildScene(core, { shapes: descriptions, instances }) {

@@ -1,8 +1,9 @@
 // @ts-check
 /**
- * Bands of a picture, each completed by another worker: one leads, and what the others complete is put into its picture.
+ * Bands of a picture, each completed by another worker. One worker leads and gathers the bands.
  *
- * There is no shared memory, so each has all samples in a G-buffer of its own, and computes the coarse levels of the whole picture.
+ * There is no shared memory: each worker has all samples in a separate G-buffer, and computes the coarse levels of the
+ * whole picture.
  *
  * @typedef {import("../completion/network.js").Band} Band
  * @typedef {import("../completion/network.js").Network} Network
@@ -11,23 +12,23 @@
  * @typedef {import("./tracer.js").Samples} Samples
  *
  * @typedef {{kind: "samples", part: Samples} | {kind: "complete", model: Model, band: Band}} Help
- *   from the one that leads: all that was traced of a view; "complete" is answered by the band's rows of the completed picture, (n, width), or
- *   by null where that network has not come yet. A first null says that it can help from now on
+ *   from the leader: all samples of a view; "complete" is answered by the band's rows of the completed picture, (n,
+ *   width), or by null if the network has not arrived yet. An initial null reports that the helper is ready
  */
 
-/** The workers that help the one that leads. */
+/** The workers that help the leader. */
 export class Helpers {
   /** @type {MessagePort[]} */
   #ports = [];
 
-  /** @param {MessagePort} port to one that can help */
+  /** @param {MessagePort} port to a helper that is ready */
   add(port) {
     this.#ports.push(port);
   }
 
   /**
-   * Whether they save time in a view: not where the filling completes it, nor where earlier views let
-   * expect it: these samples and planes take as long to copy as there is to gain.
+   * Whether they save time in a view. They do not with the filling, nor with reprojected samples: copying samples and
+   * planes costs the gain.
    *
    * @param {Samples} part the view's first
    */
@@ -35,7 +36,7 @@ export class Helpers {
     return this.#ports.length > 0 && expected === null && model !== "filling";
   }
 
-  /** Gives them what was traced. @param {Samples} part */
+  /** Sends them the samples. @param {Samples} part */
   share({ pixels, samples, ...rest }) {
     for (const port of this.#ports) {
       const part = { ...rest, pixels: pixels.slice(), samples: samples.slice() };
@@ -43,7 +44,11 @@ export class Helpers {
     }
   }
 
-  /** Completes a picture of which they have all samples. @param {Model} model @param {Network} network of this name @param {GBuffer} gbuffer */
+  /**
+   * Completes a picture whose samples they all have.
+   *
+   * @param {Model} model @param {Network} network of this name @param {GBuffer} gbuffer
+   */
   async complete(model, network, gbuffer) {
     const { height, width } = gbuffer, begin = (/** @type {number} */ i) => Math.round(i * height / (this.#ports.length + 1));
     const answers = this.#ports.map((port, i) => new Promise((/** @type {(band: {begin: number, rows: Float32Array | null}) => void} */ resolve) => {

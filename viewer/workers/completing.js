@@ -9,15 +9,15 @@
  *   | {kind: "helped", helper: MessagePort}
  *   | ({kind: "show"} & Showing)
  *   | {kind: "buffers"}} Request
- *   "start" comes once, with the network that stands in for others until they come; "network" brings another one; weights,
- *   uncertainty: safetensors files; "help" makes it one that completes bands for another, which "helped" tells that one; "show"
- *   paints the last picture anew; "buffers" is answered by "buffers"
+ *   "start" comes once, with the network used until others arrive; "network" adds one; weights, uncertainty:
+ *   safetensors files; "help" makes this worker a helper, which completes bands for a leader, and "helped" gives the
+ *   leader its port; "show" repaints the last picture; "buffers" is answered by "buffers"
  *
  * @typedef {import("./tracer.js").Samples} Samples
  * @typedef {import("./bands.js").Help} Help
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
- *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
+ *   what to paint; divider: 0..1 of the picture's width; isTransparent: whether the background is transparent
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {import("../picture/planner.js").Model} Model the name of a network
@@ -26,14 +26,14 @@
  *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
  *   backend: "wasm" | "gpu", model: Model, wanted: Model, error: number, expected: number
  * }} Picture
- *   batch: the newest in it; model: the name of the network that completed it; wanted: of the one that should have; traced: how many pixels; completing:
- *   milliseconds of that network, on `backend`; total: of everything this worker did; error: mean of |first - image| of an
- *   exact picture, else NaN; expected: mean error that is expected of the image, where that is shown, else NaN
+ *   batch: its newest batch; model: the network that completed it; wanted: the network requested; traced: number of
+ *   pixels; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
+ *   |first - image| of an exact picture, else NaN; expected: predicted mean error of the image if displayed, else NaN
  * @typedef {{
  *   height: number, width: number, planes: Float32Array, known: Float32Array, image: Float32Array, first: Float32Array
  * }} Buffers
- *   planes, known: (C, height, width), G-buffers' of what was traced, and of what the image was completed from, which may also be
- *   expected; image, and first, the view's first completed picture (height, width)
+ *   planes, known: (C, height, width), G-buffers of the traced pixels, and of the network's input, possibly with
+ *   reprojected samples; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
  *   | {kind: "failed", message: string}} Reply
  */
@@ -50,7 +50,7 @@ const WARM_UPS = 3;
 
 /**
  * @typedef {{core: Core, completers: Map<Model, Completer>, standIn: Model, predictor: ErrorPredictor}} Parts
- *   completers: by the networks' names; standIn: the one that is always there
+ *   completers: by network name; standIn: the network that is always available
  */
 /** @type {(parts: Parts) => void} */
 let start;
@@ -61,9 +61,8 @@ const starting = new Promise((resolve) => (start = resolve));
  *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array,
  *   image: ImageData, isShared: boolean
  * }} View
- *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; coverage: where that was asked
- *   for; model: the network that completed it last; image: as it was painted last; isShared: whether those that help have all that
- *   was traced of it
+ *   batch: its newest batch; expected: reprojected samples, overwritten by traced ones; coverage: if requested; model:
+ *   the network that completed it last; image: as last painted; isShared: whether the helpers have all its samples
  */
 /** @type {View | undefined} */
 let view;
@@ -71,7 +70,7 @@ let view;
 let picture;
 /** @type {Showing} */
 let showing = { mode: "completed", divider: 0.5, isTransparent: false };
-/** The other workers that complete bands of its pictures. */
+/** Workers that complete bands of this worker's pictures. */
 const helpers = new Helpers();
 /** Messages are handled one after the other, even if that means waiting. */
 let queue = Promise.resolve();
@@ -93,19 +92,19 @@ async function begin({ module, name, weights, uncertainty }) {
 /** @param {Core} core @param {ArrayBuffer} weights */
 async function completerOf(core, weights) {
   const completer = new Completer(core, readWeights(weights));
-  const small = new GBuffer(core, 64, 64); // browsers compile functions when they are called: do it before anyone waits
+  const small = new GBuffer(core, 64, 64); // browsers compile functions on first call: do it before anyone waits
   for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
   small.free();
   return completer;
 }
 
-/** Whether a newer batch is there. @param {Batch} batch */
+/** Whether there is a newer batch. @param {Batch} batch */
 const isOld = (batch) => view !== undefined && batch.id < view.batch.id;
 
-/** What the picture of a view is completed from. @param {View} view */
+/** The G-buffer that a view is completed from. @param {View} view */
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 
-/** Takes what was traced of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
+/** Adds the samples of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
 function taken({ core, standIn }, { batch, isColored, pixels, samples, expected }, isShared) {
   const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {

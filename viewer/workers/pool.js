@@ -2,43 +2,43 @@
 /**
  * The workers that trace one scene, and the one that reads it.
  *
- * Each file gets its own workers, since a WebAssembly instance never gives memory back: a new file starts new workers,
- * and the old ones end when the new ones can show it. One worker draws the first picture alone; starting the others
- * meanwhile would only delay it. Where workers may share memory, there is one tracer, and the others lend it their threads.
+ * Each file gets new workers, since a WebAssembly instance never releases memory; the old ones end when the new ones
+ * can show the file. One worker traces the first picture alone; starting the others meanwhile would only delay it. If
+ * workers may share memory, there is one tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
  * @typedef {{worker: Worker, port: MessagePort, pending: number, edition: number}} Tracer
- *   port: for the reader of the scene; pending: scenes that the pool gave it and it has not answered yet; edition: of the
- *   scene that it has, NONE without one
+ *   port: for the reader of the scene; pending: number of scenes sent and not answered yet; edition: of its scene, or
+ *   NONE
  */
 import { canLendThreads } from "../core/compile.js";
 import { startWorker } from "../core/parts.js";
 
 const nothing = () => {};
-const AMPLE = 4; // cores, of which some are free while a page starts
+const AMPLE = 4; // cores; with more, some are free while a page starts
 const NONE = -1;
-const READ = 0; // edition of the scene that the reader gives
+const READ = 0; // edition of the reader's scene
 
 export class Pool {
   /** @type {Tracer[]} */
   #tracers = [];
   /** @type {{resolve: (warnings: string[]) => void, reject: (error: Error) => void}[]} */
   #waiting = [];
-  /** @type {Batch | undefined} that is being traced */
+  /** @type {Batch | undefined} in progress */
   #batch;
-  /** @type {Tracer | undefined} that leads it, or led the last one */
+  /** @type {Tracer | undefined} leads the batch, or led the last one */
   #leader;
   /** @type {Tracer[]} */
   #others = [];
   #reader = startWorker("reader");
   /** Workers that lend the tracer their threads. @type {Worker[]} */
   #lenders = [];
-  #lendable; // how many more of them there may be
-  /** Starts the workers that are missing, and gives them the scene. */
+  #lendable; // maximum number of further lenders
+  /** Starts the missing workers and gives them the scene. */
   #share = nothing;
-  #asked = READ; // edition of the newest scene that tracers were given
-  #edition = NONE; // of the newest scene that a tracer has
+  #asked = READ; // edition of the newest scene sent to tracers
+  #edition = NONE; // edition of the newest scene of a tracer
   #count;
   #module;
   #completing;
@@ -46,11 +46,11 @@ export class Pool {
   #lost;
 
   /**
-   * @param {number} count of threads that trace
+   * @param {number} count of tracing threads
    * @param {Promise<WebAssembly.Module>} module of the core
-   * @param {Worker} completing where samples go
-   * @param {(traced: Traced) => void} done called once a batch is traced
-   * @param {(message: string) => void} lost called when no worker is left
+   * @param {Worker} completing receives the samples
+   * @param {(traced: Traced) => void} done called after each batch
+   * @param {(message: string) => void} lost called after the last worker failed
    */
   constructor(count, module, completing, done, lost) {
     this.#module = module;
@@ -78,7 +78,7 @@ export class Pool {
     return tracer;
   }
 
-  /** Starts the workers that lend the tracer their threads, unless they are there: it builds scenes with them as well. */
+  /** Starts the workers that lend the tracer their threads, if necessary: it also builds scenes with them. */
   lend() {
     const [tracer] = this.#tracers;
     if (!tracer || this.#lendable === 0) return;
@@ -93,22 +93,22 @@ export class Pool {
     tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
   }
 
-  /** Starts all workers that are missing, for the scene that the others have. @returns {Tracer[]} */
+  /** Starts all missing workers, for the current scene. @returns {Tracer[]} */
   #addOthers() {
     return Array.from({ length: this.#count - this.#tracers.length }, () => this.#add());
   }
 
-  /** Tracers that have the newest scene. */
+  /** Tracers with the newest scene. */
   get ready() {
     return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending === 0);
   }
 
-  /** How many threads can trace the newest scene. */
+  /** Number of threads for the newest scene. */
   get threads() {
     return this.ready.length + (this.ready.length > 0 ? this.#lenders.length : 0);
   }
 
-  /** Whether no worker is left. */
+  /** Whether all workers have ended. */
   get ended() {
     return this.#tracers.length === 0;
   }
@@ -145,13 +145,13 @@ export class Pool {
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
-   * @param {boolean} yUp whether it stores y up
-   * @param {File[]} beside what was opened together with it
+   * @param {boolean} yUp whether y is up in the file
+   * @param {File[]} beside files opened together with it
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
   async read(name, source, yUp, beside) {
     const opened = this.#opened(), { port } = this.#tracers[0];
-    opened.catch(() => {}); // waited for below
+    opened.catch(() => {}); // awaited below
     const reader = this.#reader;
     try {
       /** @type {Promise<import("./reader.js").Summary>} */
@@ -176,28 +176,28 @@ export class Pool {
     }
   }
 
-  /** Lets all workers trace, starting with the scene's first picture. */
+  /** Starts all workers, beginning with the scene's first picture. */
   grow() {
     this.lend();
     this.#share();
     this.#share = nothing;
   }
 
-  /** Ends what is no longer needed once a scene was shared. @param {number} count of tracers that it was given to */
+  /** Ends workers that are no longer needed once a scene was shared. @param {number} count of tracers with the scene */
   #keep(count) {
     this.#count = count;
     this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
-  /** @returns {Promise<string[]>} warnings, once a tracer has the scene that was asked for last */
+  /** @returns {Promise<string[]>} warnings, once a tracer has the scene requested last */
   #opened() {
     return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
   }
 
-  /** @param {Batch} batch for `parts` of the tracers that are ready */
+  /** @param {Batch} batch for `parts` of the ready tracers */
   trace(batch) {
-    // The tracer that led the last batch has what is known of the view.
+    // The leader of the last batch has the samples of the view.
     const ready = this.ready, leader = this.#leader && ready.includes(this.#leader) ? this.#leader : ready[0];
     this.#batch = batch;
     this.#leader = leader;
@@ -210,12 +210,12 @@ export class Pool {
     leader.worker.postMessage({ kind: "lead", batch, others: ports }, ports);
   }
 
-  /** Ends the batch; it is done soon, and its samples are not sent. */
+  /** Ends the batch soon; its samples are not sent. */
   cancel() {
     if (this.#batch) this.#leader?.worker.postMessage({ kind: "cancel" });
   }
 
-  /** Ends the workers; what is being opened fails. */
+  /** Ends the workers; scenes being opened fail. */
   end() {
     this.#share = nothing;
     this.#reader.terminate();

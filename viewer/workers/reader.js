@@ -1,17 +1,18 @@
 // @ts-check
 /**
- * A worker that reads one file and hands its scene to the tracers, so that a large scene never passes through the page:
- * first to one of them, and once that can show it, to the others. Then it ends, which frees the memory that reading
- * took.
+ * A worker that reads one file and passes its scene to the tracers. A large scene never passes through the page.
+ *
+ * The first tracer gets it first; once that can show it, the others do. Then the worker ends, which frees the memory of
+ * the reader.
  *
  * @typedef {{script: string | null, warnings: string[]}} Summary
- *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
+ *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each
  * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; beside: files that were opened together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
- *   others, not all of which are given a large scene
+ *   source: a file, or its address; beside: files opened together with it; yUp: whether y is up in the file, to rotate
+ *   to z up; port: to a tracer; ports: to the others; a large scene may not fit all of them
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
- *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
+ *   "read" is answered by "read" or "failed", "share" by "shared", with the number of all tracers that got the scene
  */
 import { Core } from "../core/core.js";
 import { Beside } from "../files/beside.js";
@@ -19,7 +20,7 @@ import { readFile } from "../files/read.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { turnedUpright } from "../tracing/description.js";
 
-/** Bytes of scenes that may be held by all tracers together. */
+/** Maximum bytes of scenes in all tracers together. */
 const MOST = 400e6;
 
 /** @param {Reply} message */
@@ -30,7 +31,7 @@ async function bytesOf(source) {
   if (source instanceof Blob) return source.arrayBuffer();
   const response = await fetch(source);
   if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
-  return (await response.blob()).arrayBuffer(); // in Chromium a third of the time that it takes at once
+  return (await response.blob()).arrayBuffer(); // in Chromium, a third of the time of a direct arrayBuffer()
 }
 
 /** Bytes of the arrays in a description. @param {unknown} value @returns {number} */

@@ -1,36 +1,36 @@
 // @ts-check
 /**
- * When pictures are traced: while the camera moves, one of each new view, in the budget; while it rests, more of the same view,
- * until every pixel is exact.
+ * The schedule of pictures. While the camera moves, each new view gets one picture, within the budget; while it rests,
+ * the view is refined until every pixel is exact.
  *
- * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Where completing alone would take
- * longer than the budget, moving pictures are smaller.
+ * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. If
+ * completing alone takes longer than the budget, moving pictures are smaller.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  */
 
-const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
-const LONGEST_MS = 250; // of tracing between two pictures at rest
-const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
-const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
-const SMALLER = 0.8; // of the budget is what a picture has to take to grow: else two sizes would alternate
+const REST_MS = 80; // without a change, before a view is refined: sooner, further movement would often have to cancel it
+const LONGEST_MS = 250; // tracing between two pictures at rest
+const SHARE = 0.8; // share of a picture's time for tracing: with more, the page and messages make all pictures late
+const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // divisors of the size of moving pictures
+const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
 
 export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
   /** Whether resting views are refined. */
   refines = true;
-  /** Rays a second, as last traced by all workers. */
+  /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
   /** Whether a picture of the scene was traced. */
   #isKnown = false;
-  /** Milliseconds to complete a pixel, at least; 0 while nothing was measured. */
+  /** Minimum milliseconds to complete a pixel; 0 before the first measurement. */
   #pixelMs = 0;
-  /** What completing took since the last batch. @type {import("./tracer.js").Completed[]} */
+  /** Completing times since the last batch. @type {import("./tracer.js").Completed[]} */
   #completed = [];
   /** @type {Camera} */
   #camera;
@@ -38,18 +38,18 @@ export class Schedule {
   #size = { height: 480, width: 640 };
   #scales;
   #scale = 1; // of moving pictures
-  #stale = true; // whether the view is of another camera, size or scene than is wanted
+  #stale = true; // whether the view has another camera, size or scene than requested
   #changedAt = -Infinity;
 
   #view = 0;
   /** @type {Size} of the view */
   #viewSize = this.#size;
-  #reached = 0; // pixels of its sequence that the view has
+  #reached = 0; // traced pixels of the view's sequence
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
   #batch = 0;
   #tracing = false;
-  /** Numbers of batches that are traced but not completed. @type {number[]} */
+  /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
   #timer = 0;
 
@@ -63,7 +63,7 @@ export class Schedule {
     return this.#camera;
   }
 
-  /** Shows a scene. @param {import("./pool.js").Pool} pool that has it */
+  /** Shows a scene. @param {import("./pool.js").Pool} pool has the scene */
   show(pool) {
     if (pool !== this.#pool) this.#tracing = false;
     this.#pool = pool;
@@ -78,7 +78,7 @@ export class Schedule {
     this.#size = size;
     this.#stale = true;
     this.#changedAt = performance.now();
-    // A batch of a moving view is short, and goes on: else nothing would be seen of a movement.
+    // A batch of a moving view is short and continues: otherwise a movement would show nothing.
     if (this.#tracing && this.#step > 0) this.#pool?.cancel();
     this.next();
   }
@@ -96,7 +96,7 @@ export class Schedule {
     this.next();
   }
 
-  /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
+  /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact picture requested */
   completed({ batch, traced, total, model }) {
     const pixels = batch.height * batch.width;
     if (traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
@@ -105,7 +105,7 @@ export class Schedule {
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
   }
 
-  /** Starts what is to be traced next, if it is time. */
+  /** Starts the next batch, if it is time. */
   next() {
     clearTimeout(this.#timer);
     const ready = this.#pool?.threads ?? 0;
@@ -115,7 +115,7 @@ export class Schedule {
       this.#scale = this.#scales ? this.#movingScale() : 1;
       this.#begin(this.#scale);
       this.#step = 0;
-      // One core completes the picture before meanwhile, but for a scene's first.
+      // One core completes the previous picture meanwhile, except during a scene's first.
       this.#trace(SHARE * this.budget, Math.max(1, this.#isKnown ? ready - 1 : ready));
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
@@ -129,7 +129,7 @@ export class Schedule {
     }
   }
 
-  /** The least scale at which completing takes no longer than the budget; a picture grows only where that is sure. */
+  /** The minimum scale for completing within the budget; a picture grows only if that is certain. */
   #movingScale() {
     const { height, width } = this.#size;
     return SCALES.find((scale) => {

@@ -1,6 +1,6 @@
 // @ts-check
-/** A worker that lends its thread to a tracer's core, whose memory it shares, and is not heard of again. */
-const PAGE = 65_536; // bytes, as WebAssembly has them
+/** A worker that lends its thread to a tracer's core, whose memory it shares; it sends no messages. */
+const PAGE = 65_536; // bytes, WebAssembly's page size
 const STACK = 1 << 20;
 
 /** The first message has the port to the tracer. @param {MessageEvent<MessagePort>} event */

@@ -2,10 +2,10 @@
 /**
  * A worker that traces pixels of a scene.
  *
- * Which pixels are next depends on what those before show. So one tracer leads each batch: it has the sequence of the view's
- * pixels and what they show so far, deals slices of a few milliseconds to the others and to itself, and sends all samples of
- * the batch to the worker that completes the picture. Between slices it looks for messages, so that a batch that nobody
- * waits for any more ends at once. Where workers may share memory there is one tracer, whose core others lend their threads.
+ * The next pixels depend on earlier samples. So one tracer leads each batch: it has the view's pixel sequence and
+ * samples, and distributes slices of a few milliseconds to the others and to itself. It sends all samples of the batch
+ * to the worker that completes the picture. Between slices it checks for messages, so that an obsolete batch ends at
+ * once. If workers may share memory, there is one tracer, and others lend its core their threads.
  *
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("../picture/camera.js").Camera} Camera
@@ -15,20 +15,21 @@
  * @typedef {{
  *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, milliseconds: number, completed: Completed[]
  * }} Batch
- *   What `parts` threads add to a view in so many milliseconds. Batches of one view have one camera and size, and add to one picture.
- *   `completed`: what completing took since the batch before
+ *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
+ *   one picture. `completed`: completing times since the last batch
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
  *   expected: Float32Array | null}} Samples
- *   to the completing worker, once for a batch: model: what is to complete the picture; pixels (n, 2), row and column; samples (n, C), as
- *   Scene.trace returns them; expected: with the first batch of a
- *   view, what those before let expect, and over it the samples, (C, height, width) of what is shown; null where they say nothing. The array comes back
+ *   to the completing worker, once per batch: model: the network for the picture; pixels (n, 2), row and column;
+ *   samples (n, C), from Scene.trace; expected: with the first batch of a view, reprojected samples overwritten by
+ *   traced ones, (C, height, width) of the displayed channels; null if there are no reprojected samples. The array is
+ *   returned
  *
- * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
+ * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the leader to another tracer: pixels (n, 2)
  * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
  *
- * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to those that lend their threads
+ * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
@@ -37,17 +38,18 @@
  *   | {kind: "lead", batch: Batch, others: MessagePort[]}
  *   | {kind: "help", leader: MessagePort}
  *   | {kind: "cancel"}} Request
- *   "start" and "connect" come once, and "borrow" once at most, with a port to each worker that lends its thread; "open", which may
- *   also come through the port `reading`, is answered by "opened" or "failed", in which case the previous scene stays, but not at all
- *   where that is of a later edition: what comes through the port, of edition 0, may have been overtaken; "lead", with a port to each
- *   other tracer of the batch, is answered by "traced", after "cancel" at once; "help" is not answered, but for "failed"
+ *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
+ *   "open" may also come through the port `reading`; it is answered by "opened" or "failed", and then the previous
+ *   scene stays. There is no answer if the tracer has a scene of a later edition: scenes from the port, of edition 0,
+ *   may be outdated. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
+ *   once; "help" is only answered by "failed"
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
- *   edition: of the scene that was to be opened; warnings: a line each; broken: the core is unusable; cancelled: no samples
- *   were sent, and the view has to begin again; reached: how many pixels of the view's sequence are traced; rays: by all
- *   tracers of the batch; completing: milliseconds that the quickest completion of its picture takes, 0 while nothing was measured
+ *   edition: of the requested scene; warnings: a line each; broken: the core is unusable; cancelled: no samples were
+ *   sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of the
+ *   batch; completing: milliseconds of the fastest completion of its picture, 0 before the first measurement
  */
 import { Core, sharedMemoryFor } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -58,39 +60,38 @@ import { FramePlanner } from "../picture/planner.js";
 import { buildScene } from "../tracing/scene.js";
 
 const SLICE_MS = 5;
-const LEAST = 32; // pixels of a slice
-const AHEAD = 2; // slices that another tracer has, so that it need not wait while this one traces its own
+const LEAST = 32; // minimum pixels of a slice
+const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
 
-/** How many threads its core has. */
+/** Number of threads of its core. */
 let threads = 1;
 /** @type {(core: Core) => void} */
 let start;
 /** @type {Promise<Core>} */
 const starting = new Promise((resolve) => (start = resolve));
-/** What workers need that lend its core their threads. @type {Loan | undefined} */
+/** The loan for workers that lend their threads. @type {Loan | undefined} */
 let loan;
 /** @type {MessagePort} */
 let completing;
-/** To the tracer that leads, where another one does. @type {MessagePort | undefined} */
+/** Port to the leading tracer, if that is another one. @type {MessagePort | undefined} */
 let leading;
 /** @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 let edition = -1; // of the scene
 /**
- * What is traced of the view where this tracer leads, what is expected of it that was not sent yet, and of which share of its pixels
- * something is.
+ * The view led by this tracer, its reprojected samples not sent yet, and the share of its pixels with one.
  *
  * @type {{id: number, mode: Mode, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, known: number, ended: boolean} | undefined}
  */
 let view;
-/** What was sent to the completing worker as `expected`, and came back. @type {Float32Array | undefined} */
+/** The last array sent as `expected` and returned. @type {Float32Array | undefined} */
 let spare;
-/** What its earlier views have seen, of one size. @type {History | undefined} */
+/** The samples of earlier views, of one size. @type {History | undefined} */
 let history;
 /** Of the scene. @type {FramePlanner | undefined} */
 let planner;
 let cancelled = false;
-/** Ends the waiting for other tracers. */
+/** Wakes the wait for other tracers. */
 let wake = () => {};
 
 /** @param {Reply} message */
@@ -98,7 +99,7 @@ const reply = (message) => postMessage(message);
 
 const { port1: resumed, port2: resume } = new MessageChannel();
 
-/** Lets messages be handled; a timer would take four milliseconds. */
+/** Handles pending messages; a timer would take four milliseconds. */
 const messages = () => new Promise((resolve) => {
   resumed.onmessage = resolve;
   resume.postMessage(0);
@@ -121,7 +122,7 @@ async function open(request) {
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
     reply({ kind: "opened", edition, warnings: built.warnings });
   } catch (error) {
-    const broken = !(error instanceof CoreError); // what the core does not report itself is fatal: mostly, it ran out of memory
+    const broken = !(error instanceof CoreError); // any error the core does not report is fatal, usually out of memory
     fail(error, broken, request.edition);
   }
 }
@@ -151,7 +152,7 @@ function forgetViews() {
 const ORDERS = { whole: WholeOrder, squares: SquaresOrder, adaptive: AdaptiveOrder };
 
 /**
- * Begins the view of a batch, with what those before let expect.
+ * Begins the view of a batch, with reprojected samples of earlier views.
  *
  * @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch
  */
@@ -185,7 +186,7 @@ async function lead(batch, ports) {
   cancelled = false;
   await starting;
   if (!scene) throw new Error("lead: expected an open scene");
-  const lent = threads > 1 ? batch.parts : 1; // and this one
+  const lent = threads > 1 ? batch.parts : 1; // including this one
   useThreads(scene.core, lent);
   const planning = /** @type {FramePlanner} */ (planner), { camera, parts, height, width } = batch, total = height * width;
   for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
@@ -203,12 +204,12 @@ async function lead(batch, ports) {
     const wanted = Math.max(LEAST, planning.pixelsIn(mode, lent * Math.min(SLICE_MS, Math.max(time, 0))));
     const left = sequence.available(Math.max(wanted, planning.pixelsIn(mode, parts * Math.max(time, 0))));
     if (left === 0) return;
-    // Towards the end of a round, after which all wait for each other, slices are smaller.
+    // Slices shrink towards the end of a round, when all tracers wait for each other.
     const share = ports.length > 0 ? left / (AHEAD * parts) : left;
     return sequence.next(Math.min(left, Math.ceil(Math.max(LEAST, Math.min(wanted, share)))));
   };
 
-  /** @param {TracedSlice} slice @param {number} [began] when its pixels were decided */
+  /** @param {TracedSlice} slice @param {number} [began] time when its pixels were chosen */
   const keep = (slice, began) => {
     const rays = slice.pixels.length / 2;
     sequence.add(slice.pixels, slice.samples);
@@ -264,7 +265,7 @@ async function lead(batch, ports) {
 }
 
 /**
- * Arrays one after the other.
+ * Concatenates arrays.
  *
  * @template {Int32Array | Float32Array} T
  * @param {{new (length: number): T}} type @param {T[]} arrays @returns {T}
@@ -276,14 +277,14 @@ function joined(type, arrays) {
   return all;
 }
 
-/** @param {MessagePort | undefined} port to the tracer that leads now */
+/** @param {MessagePort | undefined} port to the current leader */
 function help(port) {
   leading?.close();
   leading = port;
   if (!port) return;
   /** @param {MessageEvent<Slice>} event */
   port.onmessage = ({ data: { camera, size, pixels } }) => {
-    if (port !== leading) return; // of a batch that has ended
+    if (port !== leading) return; // from a batch that has ended
     try {
       const traced = traceSlice(pixels, size, camera);
       port.postMessage(traced, [traced.pixels.buffer, traced.samples.buffer]);

@@ -1,4 +1,4 @@
-/// Neighbouring rays that begin their way through a bounding volume hierarchy together. Included by *_kernels.cpp files alone.
+/// Shared start of the BVH traversal for neighbouring rays. Only for *_kernels.cpp.
 #pragma once
 
 #include <limits>
@@ -8,17 +8,17 @@
 
 namespace bob::BOB_ISA {
 
-/// Rays whose directions have the same signs, as far as they differ.
+/// Rays with directions of equal signs, in all components that differ.
 class Beam {
 public:
     static constexpr std::size_t most_rays = 16;  // 8 are up to 4 % slower, and 32 are no faster
 
-    /// Takes up rays, and finds up to eight subtrees that any of them may meet, near ones first ("Multi-Level Ray Tracing
-    /// Algorithm", Reshetov et al., 2005, find entry points likewise). False where rays are too few or too different: each goes
-    /// through the whole tree by itself.
+    /// Starts with a beam of rays and finds up to eight subtrees that it may intersect, near ones first. These are the
+    /// entry points of "Multi-Level Ray Tracing Algorithm", Reshetov et al., 2005. False if rays are too few or too
+    /// different: each then traverses the whole tree on its own.
     bool begin(const BvhNode* nodes, std::span<const Ray> rays) {
         if (rays.size() < worth_it || !enclose(rays)) return false;
-        int open = 0, count = 0;  // found_[open] on may be nodes that are to be opened
+        int open = 0, count = 0;  // found_[open] on: may be nodes to open
         add_entered(nodes[0], count);
         while (open < count) {
             const ChildRef child = found_[open].child;
@@ -26,7 +26,7 @@ public:
                 ++open;
                 continue;
             }
-            // In the node's place, if its children find a place.
+            // Replaces the node by its children if there is room.
             const Found node = found_[open];
             found_[open] = found_[--count];
             const int before = count;
@@ -57,13 +57,13 @@ public:
         return true;
     }
 
-    /// No ray meets anything.
+    /// No ray intersects any subtree.
     [[nodiscard]] bool is_empty() const { return is_empty_; }
 
     /// The subtrees, as children of a node.
     [[nodiscard]] const BvhNode& entries() const { return entries_; }
 
-    /// Which of them a ray enters, and where.
+    /// The subtrees that a ray enters, and their t.
     [[nodiscard]] unsigned enter(std::size_t ray, float* t) const {
         return enter_boxes(entries_, RayThroughBoxes(slabs_[ray]), std::numeric_limits<float>::infinity(), t);
     }
@@ -74,7 +74,7 @@ private:
     struct Found {
         float bounds[2][3];
         ChildRef child;
-        float t;  // no ray enters it sooner
+        float t;  // lower bound for all rays
     };
 
     bool enclose(std::span<const Ray> rays) {
@@ -99,7 +99,7 @@ private:
         return true;
     }
 
-    /// Which of a node's boxes a ray of the beam may enter: all that any enters, as rounding is monotonic.
+    /// The boxes of a node that a ray of the beam may enter; conservative, as rounding is monotonic.
     [[nodiscard]] unsigned entered(const BvhNode& node, float* t) const {
         unsigned result = 0;
         for (int i = 0; i < 8; i += width) {
@@ -117,7 +117,7 @@ private:
         return result;
     }
 
-    /// False where there is no place for all of them.
+    /// False if there is no room for all.
     bool add_entered(const BvhNode& node, int& count) {
         alignas(32) float t[8];
         for (unsigned left = entered(node, t); left; left &= left - 1) {
@@ -132,7 +132,7 @@ private:
         return true;
     }
 
-    Floats inverse_[2][3], shift_[2][3];  // the least and the largest
+    Floats inverse_[2][3], shift_[2][3];  // minimum and maximum
     int near_side_[3];
     Found found_[8];
     bool is_empty_ = true;

@@ -15,7 +15,7 @@
 namespace bob {
 namespace {
 
-// Where it is spent, the box or radius is larger than it need be. A cut takes so many units for each control point.
+// Once it is spent, the box or radius is larger than necessary. A cut costs `units_to_cut` for each control point.
 constexpr std::uint64_t units_to_search = 2'000'000'000, units_to_cut = 500;
 
 Vec3 euclidean(const Homogeneous<3>& point) {
@@ -23,7 +23,7 @@ Vec3 euclidean(const Homogeneous<3>& point) {
     return {static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)};
 }
 
-/// A patch in double precision, where it was before it was moved to its own centre.
+/// A patch in double precision, at its place before the shift to its own centre.
 BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     const auto& [low_u, high_u, low_v, high_v] = patch.domain;
     BezierPatch result{low_u, high_u, low_v, high_v, patch.degree_u, patch.degree_v, {}};
@@ -37,7 +37,7 @@ BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     return result;
 }
 
-/// The part of a patch around what of it is seen.
+/// The part of a patch around its visible points.
 BezierPatch around_seen(const BezierPatch& bezier, const Patch& patch) {
     const auto& [low_u, high_u, low_v, high_v] = patch.domain;
     const Domain seen = patch.extent(patch.domain);
@@ -67,7 +67,7 @@ double extent_along(const BezierPatch& patch, bool v) {
 
 }  // namespace
 
-/// A part of a patch: what of it decides the maxima of convex functions, and its halves once they were asked for.
+/// A part of a patch: the points that decide the maxima of convex functions, and its halves, computed on request.
 struct Brep::Search::Part {
     using Halves = std::vector<Part>;
 
@@ -95,7 +95,7 @@ struct Brep::Search::Part {
 
     [[nodiscard]] bool covered() const { return !points.empty(); }
 
-    /// Any thread may ask; all get the same.
+    /// Thread-safe; all threads get the same halves.
     [[nodiscard]] const Halves& halves() const {
         if (const Halves* const made = halves_.load()) return *made;
         auto halves = std::make_unique<Halves>();
@@ -110,7 +110,7 @@ struct Brep::Search::Part {
 
     BezierPatch patch;
     const Patch* from;
-    std::vector<Vec3> points;  // nowhere is a convex function larger than at one of these; none where nothing is left
+    std::vector<Vec3> points;  // a convex function is nowhere larger than at one of these; empty if the part is trimmed away
     std::vector<Vec3> seen;    // corners that the trims leave
     double extent = 0;
     bool longer_along_v = false;

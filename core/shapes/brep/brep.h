@@ -16,21 +16,20 @@ namespace bob {
 
 struct Face {
     NurbsSurface surface;
-    std::vector<TrimLoop> loops;  // none: all of the surface
-    std::optional<Vec3> color = std::nullopt;  // linear RGB, 0..1; none: white
+    std::vector<TrimLoop> loops;  // empty: the whole surface
+    std::optional<Vec3> color = std::nullopt;  // linear RGB, 0..1; white if absent
 };
 
 class Brep : public Shape {
 public:
-    /// The faces' control points are about 1 in size, which `sphere` was before; weights are above 0. Trimmed faces are seen
-    /// up to about `tolerance` beyond their trims where no other face is near, so that no gap is between edges that agree
-    /// up to it only.
+    /// The faces' control points are about 1 in size, after normalisation from `sphere`; weights are above 0. Trimmed
+    /// faces extend about `tolerance` past their trims where no other face is near: this closes gaps between edges that
+    /// agree only to the tolerance.
     explicit Brep(std::span<const Face> faces, double tolerance = 0, const Sphere& sphere = {});
-    Brep(Brep&&) = default;  // and no copies: pieces point to regions
+    Brep(Brep&&) = default;  // not copyable: pieces point to regions
 
-    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, w) and, of
-    /// trims, (u, v, w). A single face ends at its trims, whatever the tolerance. Throws std::invalid_argument if the trims
-    /// leave nothing.
+    /// From control points of any size, not homogeneous but with weights, (x, y, z, w) and, for trims, (u, v, w). A
+    /// single face ends at its trims for any tolerance. Throws std::invalid_argument if the trims leave nothing.
     [[nodiscard]] static Brep of_weighted_points(std::vector<Face> faces, double tolerance);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
@@ -50,12 +49,11 @@ public:
 
     [[nodiscard]] const Pieces& pieces() const { return pieces_; }
 
-    /// The largest value over the faces of a convex function, at most `tolerance` too large; -inf where the trims leave
-    /// nothing.
+    /// The maximum of a convex function over the faces, at most `tolerance` too large; -inf if the trims leave nothing.
     [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
 
 private:
-    /// Keeps the parts of patches that were looked at.
+    /// Caches the parts of patches visited.
     class Search {
     public:
         Search();

@@ -1,4 +1,4 @@
-/// Rays on their way through pieces, from one to the next. Included by *_kernels.cpp files alone.
+/// The state of a ray between pieces. Only for *_kernels.cpp.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,11 @@
 
 namespace bob::BOB_ISA {
 
-/// A ray on its way from piece to piece. Wherever it enters a piece's box, it waits for what is found there.
+/// A ray on its way from piece to piece. At each piece whose box it enters, it waits for the results of Newton's
+/// method.
 class Flight {
 public:
-    /// Begins with the subtrees that a beam enters with this ray; false where the ray enters none.
+    /// Starts with the subtrees of a beam that this ray enters; false if there are none.
     bool begin(const Pieces& pieces, const Ray& ray, std::uint32_t number, const Beam& beam, std::size_t in_beam) {
         left_ = beam.enter(in_beam, entry_t_);
         if (!left_) return false;
@@ -24,7 +25,7 @@ public:
         return true;
     }
 
-    /// Begins with the whole tree.
+    /// Starts with the whole tree.
     void begin(const Pieces& pieces, const Ray& ray, std::uint32_t number) {
         left_ = 0;
         go_down(pieces.nodes[0], ray);
@@ -34,7 +35,7 @@ public:
     [[nodiscard]] std::uint32_t number() const { return number_; }
     [[nodiscard]] Hit result() const { return nearest_.result(); }
 
-    /// Goes on until there is a part of a patch to be searched; false where there is none any more.
+    /// Continues until a part of a patch has to be searched; false at the end.
     bool go_on(const Pieces& pieces) {
         while (true) {
             if (open_count_ && enter_[lane_] < nearest_.hit.t) return true;
@@ -65,13 +66,13 @@ public:
         }
     }
 
-    /// What was found in the part that the ray waits for.
+    /// Takes the result for the part that the ray waits for.
     void take(const Pieces& pieces, Workspace& workspace, const Newton<lanes>& newton, int lane) {
         const Open last = open_[--open_count_];
         const auto found = newton.found(lane);
         if (found == Newton<lanes>::Found::hit) return nearest_.offer(piece(pieces, last.part), newton.solution(lane));
         if (!looks_) {
-            // Closer to tangent, a root outside may be a second one.
+            // Near tangency, a root outside may be the second of two.
             const bool only_root = std::fabs(d_[2][lane_]) > 2 * may_fold(pieces.packets[packet_ - 1]);
             if (found == Newton<lanes>::Found::nothing && only_root) return;
             looks_ = true;
@@ -126,7 +127,7 @@ private:
     }
 
     void go_down(const BvhNode& node, const Ray& ray) {
-        new (&boxes_) RayThroughBoxes(ray);  // in place: what is stored in halves is slow to copy whole
+        new (&boxes_) RayThroughBoxes(ray);  // in place: after partial stores, copying it whole is slow
         way_.begin(node, boxes_);
     }
 
@@ -191,20 +192,20 @@ private:
     const Ray* ray_ = nullptr;
     Nearest nearest_{};
     std::uint32_t number_ = 0;
-    // Where it entered the beam's subtrees, and which of them are left, bit by bit.
+    // The beam's subtrees that the ray enters, and a bit for each one left.
     ChildRef entries_[8]{};
     unsigned left_ = 0;
     alignas(32) float entry_t_[8];
-    // Its way through one of them, or the whole tree.
+    // The traversal of one of them, or of the whole tree.
     RayThroughBoxes boxes_{Ray{}};
-    // Of the leaf that the ray is in: the next packet, and where they end.
+    // In the current leaf: the next packet, and the end.
     std::uint32_t packet_ = 0, end_ = 0;
-    // Of the packet before: which boxes the ray enters and where, its origin and direction as seen from them, and which is
-    // looked into.
+    // In the last packet: the boxes entered and their t, and the current lane. Also the ray's origin and direction
+    // relative to the boxes.
     unsigned entered_ = 0;
     int lane_ = 0;
-    // Of the piece: its parts that are not yet settled, and whether the ray may meet it more than once. What so many cuts
-    // don't settle is left to subdivision, which has the control points of smaller parts from those of larger ones.
+    // In the current piece: its open parts, and whether the ray may intersect it more than once. After this number of
+    // cuts, subdivision takes over: it derives the control points of smaller parts from larger ones.
     static constexpr int most_cuts = 4;
     struct Open {
         Part part;

@@ -1,4 +1,4 @@
-/// What control points say of rays and parts of patches, several of both at once. Included by *_kernels.cpp files alone.
+/// Tests of rays against control points, several at a time. Only for *_kernels.cpp.
 #pragma once
 
 #include <limits>
@@ -7,10 +7,10 @@
 
 namespace bob::BOB_ISA {
 
-// What rounding may do to points, in units.
+// Bound of rounding errors of points, in units.
 constexpr float rounding = 2e-7f;
 
-/// Two directions at right angles to a ray's and to each other, of its length; for a ray, or one in each lane.
+/// Two directions perpendicular to a ray's and to each other, of its length; for a ray, or one per lane.
 ///
 /// Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017).
 template <int N>
@@ -29,20 +29,20 @@ struct Frame {
     }
 };
 
-/// What the control points of a part of a patch say of a ray, for N of both.
+/// Bounds from the control points of a part of a patch for a ray; N of both.
 template <int N>
 struct Look {
     using V = Vector<N>;
     using I = IntVector<N>;
 
     I passes;    // the ray surely misses the part
-    I may_fold;  // the ray may meet it more than once
-    I along_v;   // that is due more to how it bends along v than along u
+    I may_fold;  // the ray may intersect it more than once
+    I along_v;   // the patch bends more along v than along u
 
-    /// The ray begins at `origin`, from where the patches' control points are counted; the part is thinnest along `normal`.
+    /// The ray begins at `origin`, relative to the patches' centres; the part is thinnest along `normal`.
     Look(const PatchLanes<N>& patches, const V (&origin)[3], const Frame<N>& frame, const V (&direction)[3],
          const V (&normal)[3], const V (&low)[2], const V (&size)[2]) {
-        // Seen along the ray, the part is narrow where the normal points.
+        // Seen along the ray, the part is narrow in the direction of the normal.
         const V product = normal[0] * direction[0] + normal[1] * direction[1] + normal[2] * direction[2];
         const V along = product / (frame.length * frame.length);
         V side[3], across[2][3];
@@ -84,8 +84,8 @@ struct Look {
         const V slack = broadcast<V>(rounding);
         passes = (least[0] > slack) | (most[0] < -slack) | (least[1] > slack) | (most[1] < -slack);
 
-        // The projection along the ray has a determinant of one sign for all derivatives in their boxes: then the ray meets
-        // the part once at most (pieces_build.cpp says why).
+        // The projection along the ray has a determinant of one sign for all derivatives in their boxes. Then the ray
+        // intersects the part at most once (pieces_build.cpp explains why).
         V least_plus, most_plus, least_minus, most_minus;
         products(least_by[0][0], most_by[0][0], least_by[1][1], most_by[1][1], least_plus, most_plus);
         products(least_by[0][1], most_by[0][1], least_by[1][0], most_by[1][0], least_minus, most_minus);
@@ -95,7 +95,7 @@ struct Look {
         };
         along_v = bend(1) > bend(0);
 
-        // All control points are on one side of a line through the ray that runs along u or v.
+        // All control points are on one side of a line through the ray in the direction of u or v.
         for (int along_v = 0; along_v < 2; ++along_v) {
             const V x = least_by[along_v][0] + most_by[along_v][0], y = least_by[along_v][1] + most_by[along_v][1];
             V lowest = infinity, highest = -infinity;
@@ -114,7 +114,8 @@ private:
         low = min(min(a, b), min(c, d)), high = max(max(a, b), max(c, d));
     }
 
-    /// Leaves of each line of `count` points, `step` apart, the control points of its part from `low` on (de Casteljau).
+    /// Reduces each line of `count` points, `step` apart, to the control points of its part from `low` on (de
+    /// Casteljau).
     static void cut(V (*net)[2], int count, int lines, int step, int line_step, V low, V size) {
         const V high = low + size, below = low / high;
         for (int line = 0; line < lines; ++line) {

@@ -1,5 +1,4 @@
-/// Where rays meet pieces of patches, by Newton's method for several of them at once. Included by *_kernels.cpp files
-/// alone.
+/// Newton's method for ray-patch intersection, several at a time. Only for *_kernels.cpp.
 #pragma once
 
 #include <cmath>
@@ -9,12 +8,12 @@
 
 namespace bob::BOB_ISA {
 
-// A hit may be found outside of its piece by what rounding may do to points, and by this share of the piece's size, so that no
-// ray passes between pieces that meet.
+// Hits are accepted outside their piece up to rounding errors plus this share of its size. So no ray passes between
+// adjacent pieces.
 constexpr float overlap = 1e-5f;
 
-// In units: a hit lies within `aside` of its ray and at most `beyond` from the edge of its piece. Where a ray runs along a piece, or
-// a piece has no area, rounding leaves more; then the control points decide.
+// In units: a hit lies within `aside` of its ray, and at most `beyond` past the edge of its piece. Where a ray runs
+// along a piece, or a piece has no area, rounding errors are larger; then the control points decide.
 constexpr float aside = 1e-6f, beyond = 2e-6f;
 
 // Not std::fmin and std::fmax, which are calls.
@@ -34,7 +33,7 @@ inline Float4 cross(Float4 a, Float4 b) {
     return __builtin_shufflevector(c, c, 1, 2, 0, 3);
 }
 
-/// A ray seen from a patch' centre: from its point at t = start on.
+/// A ray relative to a patch's centre: from its point at t = start on.
 struct LocalRay {
     Float4 origin;  // and 0
     double start;
@@ -48,7 +47,7 @@ struct LocalRay {
     }
 };
 
-/// A part of a patch' parameters.
+/// A part of a patch's parameters.
 struct Part {
     float low[2], size[2];
 };
@@ -58,11 +57,11 @@ struct Solution {
     double t;
 };
 
-/// Newton's method on the two planes through a ray, for a ray and a part of a patch in each of N lanes. The patches have
+/// Newton's method on the two planes through a ray. Each of N lanes has a ray and a part of a patch. The patches have
 /// the same degrees.
 ///
-/// Finds one hit, or that the root lies outside of the part; where the part may hold more than one, neither says anything
-/// of the others. What is found in a lane does not depend on the others.
+/// Finds one hit, or that the root lies outside the part. If the part may have several roots, neither result excludes
+/// another. The result of a lane does not depend on the others.
 template <int N>
 class Newton {
 public:
@@ -72,7 +71,7 @@ public:
     [[nodiscard]] int count() const { return count_; }
     void clear() { count_ = 0; }
 
-    /// Fills the next lane; the search begins at u and v. With a normal, a look at the control points comes first.
+    /// Fills the next lane; the search begins at u and v. If `normal` is given, control points are tested first.
     void add(const Ray& ray, const LocalRay& local, std::uint32_t patch, const Part& part, float u, float v,
              const Float4* normal = nullptr) {
         const int lane = count_++;
@@ -93,7 +92,7 @@ public:
 
     void solve(const Pieces& pieces, PatchLanes<N>& patches) {
         constexpr int most_steps = 8;
-        constexpr float close = 2e-4f;  // a step from here on, in sizes of the part, leaves no error to speak of
+        constexpr float close = 2e-4f;  // after a smaller step, in sizes of the part, the error is negligible
         patches.load(pieces, patch_, count_);
         const Frame<N> frame(direction_);
         const V half = broadcast<V>(0.5f), one = broadcast<V>(1), inverse_size[2] = {one / size_[0], one / size_[1]};
@@ -111,7 +110,7 @@ public:
             Jets<N> jets;
             patches.evaluate(u, v, jets);
             V f[3], f_u[3], f_v[3];
-            for (int axis = 0; axis < 3; ++axis) {  // w (S - origin), which is 0 across the ray where it meets the patch
+            for (int axis = 0; axis < 3; ++axis) {  // w (S - origin), which is 0 across the ray at an intersection
                 f[axis] = fma(-jets.x[3], origin_[axis], jets.x[axis]);
                 f_u[axis] = fma(-jets.u[3], origin_[axis], jets.u[axis]);
                 f_v[axis] = fma(-jets.v[3], origin_[axis], jets.v[axis]);
@@ -126,7 +125,7 @@ public:
             open &= (size_u < 2) & (size_v < 2);  // NaN is unclear
             const V size = max(size_u, size_v);
             const I converged = size < close;
-            // Steps shrink fast in pieces: where the root is farther away than the last one, it is outside.
+            // Steps shrink quickly in pieces: a root farther away than the last step is outside.
             const I decided = step > 0 ? I(converged | (size < half * last)) : converged;
             const V slack = converged ? broadcast<V>(overlap) : size + 0.1f;
             const V noise = rounding * frame.length * magnitude(inverse);
@@ -148,7 +147,7 @@ public:
                 }
                 hit |= found;
             }
-            nothing |= outside & ~looks_;  // after a look, a root outside does not exclude one inside
+            nothing |= outside & ~looks_;  // after a test, a root outside does not exclude one inside
             open &= ~(outside | done);
             last = size;
         }
@@ -159,7 +158,7 @@ public:
         return hit_[lane] ? Found::hit : nothing_[lane] ? Found::nothing : Found::unclear;
     }
 
-    /// Whether a part that remained unclear after a look is better cut along v than along u.
+    /// Whether a part still unclear after a test is better cut along v than along u.
     [[nodiscard]] bool cut_along_v(int lane) const { return along_v_[lane]; }
 
     /// Of a hit.
@@ -172,7 +171,7 @@ private:
     using I = IntVector<N>;
 
     static V magnitude(V a) { return (V)((I)a & INT32_MAX); }
-    /// The length of a derivative of S, from those of w (S - origin) and w.
+    /// The length of a derivative of S, from the derivatives of w (S - origin) and w.
     static V speed(const V (&by_f)[3], V by_w, const V (&f)[3], V w) {
         V x[3];
         for (int axis = 0; axis < 3; ++axis) x[axis] = fma(-by_w / w, f[axis], by_f[axis]) / w;
@@ -181,7 +180,7 @@ private:
 
     static V product(const V (&a)[3], const V (&b)[3]) { return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2])); }
 
-    // A number of each lane; those that are not in use repeat old ones, and nobody looks at what comes out.
+    // One value per lane; unused lanes repeat old values, and their results are ignored.
     V origin_[3]{}, direction_[3]{}, normal_[3]{}, low_[2]{}, size_[2]{}, at_[2]{}, t_{};
     I looks_{}, hit_{}, nothing_{}, along_v_{};
     double start_[N]{};

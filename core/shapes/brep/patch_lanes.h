@@ -1,5 +1,4 @@
-/// Bezier patches at several parameters at once, a patch and its parameters to each lane. Included by *_kernels.cpp files
-/// alone.
+/// Evaluation of Bezier patches, with one patch and its parameters per lane. Only for *_kernels.cpp.
 #pragma once
 
 #include "base/simd.h"
@@ -9,19 +8,19 @@ namespace bob::BOB_ISA {
 
 using Float4 = Vector<4>;
 
-/// Points in homogeneous coordinates, and their derivatives: w x, w y, w z and w of each.
+/// Points in homogeneous coordinates and their derivatives: w x, w y, w z and w of each.
 template <int N>
 struct Jets {
     Vector<N> x[4], u[4], v[4];
 };
 
-/// Patches that have the same degrees, one in each of N lanes.
+/// Patches of the same degrees, one in each of N lanes.
 template <int N>
 class PatchLanes {
 public:
     using V = Vector<N>;
 
-    /// Takes the first `count` of some patches, one in each lane; the others repeat the first.
+    /// Loads the first `count` patches, one per lane; the other lanes repeat the first.
     void load(const Pieces& pieces, const std::uint32_t* patches, int count) {
         const Patch& first = pieces.patches[patches[0]];
         p_ = first.degree_u, q_ = first.degree_v;
@@ -67,7 +66,7 @@ public:
 private:
     static Float4 load4(const float* p) { return bob::BOB_ISA::load<Float4>(p); }
 
-    /// The Bernstein polynomials of degree p at t, and their derivatives; those are 0 for degree 0.
+    /// The Bernstein polynomials of degree p at t, and their derivatives, which are 0 for degree 0.
     template <int P>
     static void bernstein(int p, V t, V* value, V* derivative) {
         if constexpr (P > 0) p = P;

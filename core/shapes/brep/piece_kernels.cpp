@@ -7,30 +7,30 @@
 namespace bob::BOB_ISA {
 namespace {
 
-// So many that lanes fill up before no ray can go on: 2 and 8 times the lanes are as fast.
+// Enough to fill the lanes before all rays wait; 2 and 8 times the lanes are as fast.
 constexpr std::uint32_t in_flight = 4 * lanes;
 
-/// Rays that wait for what is found in patches of the same degrees.
+/// Rays that wait for searches in patches of the same degrees.
 struct Waiting {
     Newton<lanes> newton;
     std::uint32_t flight[lanes];
 };
 
-/// What is kept from call to call.
+/// Memory kept between calls.
 struct Memory {
     Flight flights[in_flight];
-    std::vector<Waiting> waiting;  // of each pair of degrees: for Newton's method alone, or for a look before it
+    std::vector<Waiting> waiting;  // for each pair of degrees: for Newton's method alone, and with a test before it
     PatchLanes<lanes> patches;
     Workspace workspace;
 };
 
-/// All rays of a call. Those in flight that wait for the same fill the lanes of one search together.
+/// All rays of a call. Rays in flight that wait for equal degrees share the lanes of one search.
 class Tracing {
 public:
     Tracing(const Pieces& pieces, std::span<const Ray> rays, Hit* hits, Memory& memory)
         : pieces_(pieces), rays_(rays), hits_(hits), memory_(memory) {
         if (memory.waiting.size() < 2 * pieces.pairs_of_degrees) memory.waiting.resize(2 * pieces.pairs_of_degrees);
-        for (Waiting& some : memory.waiting) some.newton.clear();  // of a call that was cut short
+        for (Waiting& some : memory.waiting) some.newton.clear();  // left by an interrupted call
     }
 
     void run() {
@@ -49,7 +49,7 @@ public:
     }
 
 private:
-    /// Takes off with the next ray, if there is one.
+    /// Starts the next ray, if there is one.
     bool begin(std::uint32_t flight) {
         while (next_ < rays_.size()) {
             if (next_ == end_of_beam_) {
@@ -71,7 +71,7 @@ private:
         return false;
     }
 
-    /// Until it waits, or no rays are left.
+    /// Advances it until it waits, or no rays are left.
     void go_on(std::uint32_t i) {
         Flight& flight = memory_.flights[i];
         while (!flight.go_on(pieces_)) {
@@ -107,7 +107,7 @@ void closest_hits(const Pieces& pieces, std::span<const Ray> rays, Hit* hits) {
     Tracing(pieces, rays, hits, thread_memory<Memory>()).run();
 }
 
-/// dS/du x dS/dv, of any length, and where the squared sine of the angle between the two is above `parallel`.
+/// dS/du x dS/dv, of any length, and whether the squared sine of their angle exceeds `parallel`.
 struct Normals {
     F x[3];
     M known;
@@ -149,9 +149,9 @@ void normals(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, V
             for (int axis = 0; axis < 3; ++axis) found.x[axis] = found.known ? found.x[axis] : other.x[axis];
             found.known |= other.known;
         };
-        // At a pole it is that of a point near it, towards the middle of the patch.
+        // At a pole, takes the normal of a nearby point, towards the middle of the patch.
         for (float nearer = 1e-3f; bits(wanted & ~found.known) && nearer < 0.5f; nearer *= 4) find(nearer, but_for_rounding);
-        if (bits(wanted & ~found.known)) find(0, 0);  // a needle's
+        if (bits(wanted & ~found.known)) find(0, 0);  // for a needle
         for (std::size_t i = begin; i < end; ++i) {
             const auto lane = i - begin;
             const Vec3 normal = normalized({found.x[0][lane], found.x[1][lane], found.x[2][lane]});

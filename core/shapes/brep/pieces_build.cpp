@@ -14,36 +14,37 @@ namespace {
 // Cost of visiting a node, in tests of a packet.
 constexpr float node_cost = 0.25f;
 
-// How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
-// piece, and the tangent of the angle that its normals may lean. With 0.3 the teapot's rays take a tenth longer, as more of them
-// are looked at; with 0.2 they take a twentieth less, in a third more memory and time to build.
+// Maximum distance of a piece's control points from the bilinear patch of its corners, in half sizes of the piece. Then
+// the maximum tangent of the deviation of its normals. With 0.3 the teapot's rays take a tenth longer, as more need
+// tests; with 0.2 a twentieth less, but memory and build time grow by a third.
 constexpr double max_curve = 0.5, max_lean = 0.25;
 
-// Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
+// Rays closer to tangent than this sine are not left to Newton's method, for any piece.
 constexpr double least_slant = 0.05;
 
-// A side is halved at most this many times, and not where the piece is smaller than this. What is still not flat then,
-// a pole or a cusp, is subdivided ray by ray.
+// Each side is halved at most this number of times, and not below this size. A remaining curved piece, such as a pole
+// or a cusp, is subdivided for each ray.
 constexpr int max_halvings = 8;
 constexpr double smallest = 2e-3;
-constexpr std::size_t max_pieces = 4096;  // of a patch
+constexpr std::size_t max_pieces = 4096;  // per patch
 
-// Units of work of all patches (work.h). Where they are spent, larger pieces are subdivided ray by ray.
+// Work units for all patches (work.h). Once they are spent, larger pieces are subdivided for each ray.
 constexpr std::uint64_t budget = 1'200'000'000;
 constexpr std::uint64_t units_of_part = 200, units_of_angle = 8, units_of_trim = 50;
 
-// Of the largest weight of a patch to its smallest. Parameters and weighted points are in float32, so where weights are small hits
-// err by this much more: by 6e-6 of the shape's radius at most (tests/nurbs_oracle.py).
+// Maximum ratio of the largest to the smallest weight of a patch. Parameters and weighted points are in float32, so
+// small weights multiply the error of hits by this ratio: to at most 6e-6 of the shape's radius
+// (tests/nurbs_oracle.py).
 constexpr double max_weight_ratio = 16;
-constexpr std::uint64_t units_to_cut_weights = 1'000'000'000, units_of_cut = 500;  // for each control point
+constexpr std::uint64_t units_to_cut_weights = 1'000'000'000, units_of_cut = 500;  // per control point
 
-// Nobody sees a part that is narrower than this.
+// A narrower part is invisible.
 constexpr double narrowest = 1e-7;
 
-// Boxes reach this much farther, in half sizes and in units, than their pieces.
+// Margins of boxes around their pieces, in half sizes and in units.
 constexpr double box_margin = 1e-3, rounding = 1e-6;
 
-/// What a packet holds of one piece, and its box among all.
+/// The data of one piece in a packet, and its box in the hierarchy.
 struct Piece {
     double to_box[3][4];
     double half[2];
@@ -51,10 +52,10 @@ struct Piece {
     double low[2], size[2];
     std::optional<TrimCells> trim;
     Box bounds;
-    std::uint32_t patch = 0, trim_index = PiecePacket::no_trim;  // among those that are seen
+    std::uint32_t patch = 0, trim_index = PiecePacket::no_trim;  // among the visible ones
 };
 
-/// A part of a patch: its parameters, and its control points.
+/// A part of a patch: its parameters and control points.
 struct Part {
     double low[2] = {0, 0}, high[2] = {1, 1};
     int halvings[2] = {0, 0};
@@ -104,20 +105,20 @@ private:
     }
 };
 
-/// A part as a bilinear patch, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and what of it is
-/// not flat.
+/// A bilinear fit of a part and its deviation. The fit is center + x along_u + y along_v + x y twist, with x and y from
+/// -1 to 1.
 struct Fit {
     Vec3d center, along_u, along_v, twist;
-    Vec3d normal{};         // unit length, or 0 where the piece has no area to speak of
-    Vec3d dual_u, dual_v;   // their products with p - center are x and y
+    Vec3d normal{};         // unit length, or 0 if the area is negligible
+    Vec3d dual_u, dual_v;   // their dot products with p - center are x and y
     double deviation[2] = {0, 0};              // of the control points: in x, in y
-    double lowest = HUGE_VAL, highest = -HUGE_VAL;  // and along the normal, from the centre on
-    double curve = 0;                          // of the control points, in x and y, from the bilinear patch
-    double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
-    bool is_flat = false;                      // normals lean by max_lean at most
-    double lean[2] = {HUGE_VAL, HUGE_VAL};     // then: their products with along_u and along_v, at most; that with `normal` is 1
+    double lowest = HUGE_VAL, highest = -HUGE_VAL;  // and along the normal, from the centre
+    double curve = 0;                          // deviation of the control points, in x and y, from the bilinear patch
+    double bend[2] = {0, 0};                   // deviation that a cut of u, or of v, would remove
+    bool is_flat = false;                      // normals deviate by at most max_lean
+    double lean[2] = {HUGE_VAL, HUGE_VAL};     // if so: bounds of their products with along_u and along_v, relative to the product with `normal`
 
-    /// Without `leans`, not how far its normals lean, which takes longest.
+    /// If `leans` is false, omits the deviation of normals, the slowest part.
     Fit(const Part& part, bool leans, Work& work) {
         const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
         const Vec3d &a = part.points[0], &b = part.points[last_column];
@@ -143,7 +144,7 @@ struct Fit {
     [[nodiscard]] double size() const { return std::max(length(along_u), length(along_v)); }
 
 private:
-    /// For pieces that are lines or points: the axes of space, long enough to hold them.
+    /// For pieces that are lines or points: the coordinate axes, long enough to contain them.
     void use_axes(const Part& part) {
         Vec3d low = part.points[0], high = low;
         for (const Vec3d& x : part.points) {
@@ -176,21 +177,24 @@ private:
                 if (j + 2 < part.columns) bend[1] = std::max(bend[1], second_difference(1));
             }
         }
-        // A cut of either straightens half of the twist; that of the longer side leaves the better shape.
+        // Either cut halves the twist; cutting the longer side leaves the better shape.
         const double u = length(along_u), v = length(along_v), twisted = length(twist) / std::max(u + v, 1e-30);
         bend[0] = p * p * bend[0] + u * twisted, bend[1] = q * q * bend[1] + v * twisted;
     }
 
-    /// Bounds how far du x dv leans from the normal, for any du and dv out of the cones of the control points' differences.
-    /// While a direction d has one sign with all of these, no line along d meets the piece twice: between two points of the
-    /// piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the cones, so that the projection along d has
-    /// a determinant with that sign. With d = x along_u + y along_v + z normal it has the sign of z while
-    /// |z| > lean[0] |x| + lean[1] |y|.
+    /// Bounds the deviation of du x dv from the normal. The vectors du and dv are any in the cones of the control
+    /// points' differences.
     ///
-    /// Derivatives are in these cones for polynomial pieces, and for rational ones whose weights are products of one
-    /// for u and one for v, such as surfaces of revolution: of rational curves it is so (Floater, "Derivatives of
-    /// rational Bezier curves", 1992). For others it is of w (S - o), for every o on the ray: those near the piece are
-    /// as far from its centre as its points, which leaves a little more to lean.
+    /// If the determinant with a direction d has one sign for all of these, no line along d intersects the piece twice.
+    /// The difference of two points of the piece is (mean of dS/du) a + (mean of dS/dv) b, and both means are in the
+    /// cones. The projection along d then has a determinant of that sign. With d = x along_u + y along_v + z normal it
+    /// has the sign of z while
+    ///     |z| > lean[0] |x| + lean[1] |y|.
+    ///
+    /// Derivatives are in these cones for polynomial pieces, and for rational ones whose weights are products of a
+    /// factor in u and one in v, such as surfaces of revolution: this holds for rational curves (Floater, "Derivatives
+    /// of rational Bezier curves", 1992). For other pieces it holds for w (S - o), for every o on the ray: points o
+    /// near the piece are as far from its centre as its points, which adds slightly to the deviation.
     void measure_lean(const Part& part, Work& work) {
         double radius = 0;
         for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
@@ -218,7 +222,7 @@ private:
         double leaning[2] = {0, 0};
         work.spend(units_of_angle * du.count * dv.count);
         for (std::size_t i = 0; i < du.count; ++i) {
-            // The normal du x dv times a direction is dv times direction x du.
+            // The product of the normal du x dv and a direction is dv times direction x du.
             const Vec3d a{du.x[0][i], du.x[1][i], du.x[2][i]};
             const Vec3d by_normal = cross(normal, a), by_u = cross(along_u, a), by_v = cross(along_v, a);
             const double length = du.length[i], slack = du.slack[i];
@@ -247,7 +251,7 @@ class Builder {
 public:
     Builder(const BezierPatch& bezier, const Patch& patch) : bezier_(&bezier), patch_(&patch) {}
 
-    /// Goes on until it is done or has done about that much work.
+    /// Continues until it is done or has used about that number of units.
     void go_on(std::uint64_t units) {
         work_.grant(units);
         start();
@@ -256,7 +260,7 @@ public:
     [[nodiscard]] bool is_done() const { return started_ && open_.empty(); }
     [[nodiscard]] const Work& work() const { return work_; }
 
-    /// The pieces; what is left becomes some as it is.
+    /// The pieces; remaining parts become pieces as they are.
     std::vector<Piece> finish() {
         start();
         while (!open_.empty()) cut_next(true);
@@ -279,7 +283,7 @@ private:
         if (coverage == TrimRegion::Coverage::some && !is_last && !shrink(part)) return;
         const Fit fit(part, !is_last, work_);
         if (!is_last && (!fit.has_area() || fit.size() < narrowest) && width(part) < narrowest) return;
-        // A part without area may be a strip, which its halves across would be too narrow to show.
+        // A part without area may be a strip, and cutting it across its width would leave invisible halves.
         int along = fit.has_area() ? fit.bend[1] > fit.bend[0] : side(part, 1) > side(part, 0);
         if (part.halvings[along] == max_halvings) along = 1 - along;
         if (is_last || fit.is_flat || fit.size() < smallest || part.halvings[along] == max_halvings ||
@@ -291,8 +295,8 @@ private:
         open_.push_back(std::move(lower));
     }
 
-    /// Cuts off what is not seen, up to multiples of a step, so that parameters and their halves stay exact in float32.
-    /// False where nothing is left.
+    /// Trims off invisible margins, in multiples of a step, so that parameters and their halves stay exact in float32.
+    /// False if nothing is left.
     bool shrink(Part& part) {
         constexpr double step = 0x1p-12, slack = 1e-6, worth_it = 0.9;
         std::size_t visited = 0;
@@ -327,7 +331,7 @@ private:
         return longest;
     }
 
-    /// An upper bound of a part's extent across its longest.
+    /// An upper bound of a part's extent across its longest side.
     static double width(const Part& part) {
         double longest = 0, area = 0;
         for (const Vec3d& a : part.points) longest = std::max(longest, length(a - part.points[0]));
@@ -368,7 +372,7 @@ private:
         pieces_.push_back(piece);
     }
 
-    /// Of the cells u.. and v.., `count` each way. They are taken a little larger, so that rounding does not matter.
+    /// Classifies the cells u.. and v.., `count` in each direction. Cells are slightly enlarged to allow for rounding.
     void classify(const Part& part, TrimCells& cells, int u, int v, int count) {
         constexpr double beyond = 1e-3 / TrimCells::side, rounding = 2e-7;  // in sizes of the piece, and in parameters of the patch
         const auto at = [&](std::size_t k, int cell, double sign) {
@@ -400,13 +404,13 @@ private:
     std::vector<Piece> pieces_;
 };
 
-/// Of the largest of some numbers above 0 to the smallest.
+/// The ratio of the largest to the smallest of positive numbers.
 double ratio(std::span<const double> numbers) {
     const auto [least, most] = std::minmax_element(numbers.begin(), numbers.end());
     return *most / *least;
 }
 
-/// Where weights of a line of control points are cut best: the larger ratio of both parts is least there.
+/// Where to cut a line of control points: at the minimum of the larger weight ratio of both parts.
 double place_of_cut(std::span<const double> weights) {
     double best = 0.5, least = HUGE_VAL;
     for (int k = 1; k <= 20; ++k) {
@@ -423,10 +427,10 @@ double place_of_cut(std::span<const double> weights) {
     return best;
 }
 
-/// Cuts patches whose weights are far apart.
+/// Cuts patches with widely different weights.
 class WeightCuts {
 public:
-    /// The patch, or parts of it that live as long as this. Where the budget is spent, weights stay as they are.
+    /// The patch, or parts of it that live as long as this object. Once the budget is spent, weights stay as they are.
     std::vector<const BezierPatch*> parts(const BezierPatch& patch) {
         if (is_even(patch)) return {&patch};
         std::vector<const BezierPatch*> result;
@@ -449,7 +453,7 @@ public:
 private:
     struct Cut {
         bool along_v = false;
-        double at = 0;  // 0 where parameters in double precision leave no place for it
+        double at = 0;  // 0 if double precision leaves no parameter between the ends
     };
 
     static bool is_even(const BezierPatch& patch) {
@@ -458,7 +462,7 @@ private:
         return most <= max_weight_ratio * least;
     }
 
-    /// Of the line of control points whose weights are farthest apart.
+    /// For the line of control points with the largest weight ratio.
     static Cut best_cut(const BezierPatch& patch) {
         const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
         std::vector<double> worst;
@@ -479,7 +483,7 @@ private:
     std::deque<BezierPatch> made_;
 };
 
-/// The mean length of a patch' lines of control points along u, or along v.
+/// The mean length of a patch's lines of control points along u, or along v.
 double mean_length(const BezierPatch& patch, bool along_v) {
     const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
     double sum = 0;
@@ -493,9 +497,9 @@ double mean_length(const BezierPatch& patch, bool along_v) {
     return sum / static_cast<double>(along_v ? rows : columns);
 }
 
-/// All of a patch but its control points, which come once it is known to be seen.
+/// A patch without its control points, which follow once it is known to be visible.
 Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* region, double tolerance) {
-    // In parameters, as if these ran evenly over the patch.
+    // In parameters, as if they were spaced evenly over the patch.
     const auto margin = [&](double size, bool along_v) {
         return static_cast<float>(tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0);
     };
@@ -552,7 +556,7 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
         }
         packet.patch[lane] = piece.patch;
         packet.trim[lane] = piece.trim_index;
-        if (lane > 0 && indices[lane] == indices[0]) {  // absent: every ray is beside its box
+        if (lane > 0 && indices[lane] == indices[0]) {  // absent: every ray misses its box
             for (auto& row : packet.to_box) {
                 for (auto& column : row) column[lane] = 0;
             }

@@ -1,5 +1,4 @@
-/// All hits of a ray with a part of a patch, where nothing is known of how many there are. Included by *_kernels.cpp files
-/// alone.
+/// All intersections of a ray with a part of a patch, without a bound on their number. Only for *_kernels.cpp.
 #pragma once
 
 #include <cmath>
@@ -10,21 +9,21 @@
 
 namespace bob::BOB_ISA {
 
-/// w (S - origin): 0 across the ray where it meets the patch.
+/// w (S - origin): 0 across the ray at an intersection.
 inline Float4 from_ray(Float4 homogeneous, Float4 origin) {
     return homogeneous - __builtin_shufflevector(homogeneous, homogeneous, 3, 3, 3, 3) * origin;
 }
 
-/// The piece that a ray is tested against.
+/// The piece tested against a ray.
 struct Piece {
     const Patch& patch;
     std::uint32_t patch_index;
     std::uint32_t number;   // among all pieces
-    const TrimCells* trim;  // null where all of it is seen
+    const TrimCells* trim;  // null if it is fully visible
     Part whole;             // its parameters
-    Part part;              // those to be searched
+    Part part;              // the parameters to search
 
-    /// `some` where the point is beyond the face's region.
+    /// `some` if the point is outside the face's region but within the margin.
     [[nodiscard]] TrimRegion::Coverage coverage(float u, float v) const {
         if (!trim) return TrimRegion::Coverage::all;
         const auto coverage = trim->at((u - whole.low[0]) / whole.size[0], (v - whole.low[1]) / whole.size[1]);
@@ -32,9 +31,9 @@ struct Piece {
     }
 };
 
-/// The nearest hit of a ray, whatever the order in which pieces come. One beyond its face's region, within the tolerance,
-/// only counts where no face is: until the end its t is larger by a few tolerances, so that it stays behind a neighbour
-/// that it would show through.
+/// The nearest hit of a ray, independent of the order of pieces. A hit outside its face's region, within the tolerance,
+/// is used only where there is no face: its t is increased by a few tolerances until the end, so that a neighbour it
+/// would show through stays in front.
 struct Nearest {
     Hit hit;
     std::uint32_t piece = 0;
@@ -66,16 +65,14 @@ struct Nearest {
     }
 };
 
-/// A part of a patch that may hold any number of hits. Its control points as the ray sees them are in a slot of the
-/// workspace.
+/// A part of a patch with any number of hits. Its control points in the ray's frame are in a slot of the workspace.
 struct Net {
     Part part;
-    float nearest;  // lower bound of t, from the local ray's start on
+    float nearest;  // lower bound of t, from the local ray's start
     std::size_t slot;
 };
 
-/// Control points, in a vector of a type of this file's own: code for one that others have, too, would be shared with
-/// other instruction sets.
+/// Control points, in a vector type private to this file: shared code would be used by other instruction sets.
 class ControlPoints {
 public:
     [[nodiscard]] std::size_t size() const { return items_.size(); }
@@ -89,7 +86,7 @@ private:
     std::vector<Item> items_;
 };
 
-/// What subdivision needs, kept from ray to ray.
+/// Memory for subdivision, kept between rays.
 struct Workspace {
     ControlPoints points;
     std::vector<Net> open;
@@ -97,12 +94,12 @@ struct Workspace {
     PatchLanes<4> patches;
 };
 
-/// All hits of a ray with a part of a patch, where nothing is known of how many there are: Bezier subdivision
-/// (Nishita, Sederberg and Kakimoto, "Ray Tracing Trimmed Rational Surface Patches", 1990), near parts first, down to
-/// parts that hold one hit at most, for Newton's method, or that are too small to matter.
+/// Finds all intersections of a ray with a part of a patch by Bezier subdivision (Nishita, Sederberg and Kakimoto, "Ray
+/// Tracing Trimmed Rational Surface Patches", 1990). Near parts come first, down to parts with at most one hit, for
+/// Newton's method, or of negligible size.
 class Subdivision {
 public:
-    /// `normal`, of any length, is about that of the part, which is thinnest along it.
+    /// `normal`, of any length, is the part's approximate normal; the part is thinnest along it.
     Subdivision(const Pieces& pieces, const Piece& piece, const Ray& ray, const LocalRay& local,
                 Nearest& nearest, Float4 normal, Workspace& workspace)
         : pieces_(pieces), piece_(piece), ray_(ray), local_(local), nearest_(nearest), points_(workspace.points),
@@ -145,17 +142,17 @@ public:
 
 private:
     static constexpr int most_parts = 1000;
-    static constexpr float smallest = 5e-7f;  // extent of a part that is taken for a point
+    static constexpr float smallest = 5e-7f;  // a smaller part is treated as a point
 
     [[nodiscard]] bool is_behind(const Net& net) const {
         return local_.start + static_cast<double>(net.nearest) >= static_cast<double>(nearest_.hit.t);
     }
 
-    /// Between neighbours along u (0) or v (1), in points_.
+    /// Offset between neighbours along u (0) or v (1), in points_.
     [[nodiscard]] std::size_t step(int along) const { return along == 0 ? columns_ : 1; }
     [[nodiscard]] std::size_t count(int along) const { return along == 0 ? rows_ : columns_; }
 
-    /// Subdivides a net at t by de Casteljau's algorithm; the lower or upper part goes to another slot, or the same.
+    /// Subdivides a net at t by de Casteljau's algorithm. The lower or upper part goes to another slot, or to the same.
     void cut(std::size_t slot, std::size_t to, int along, float t, bool upper) {
         const std::size_t count = this->count(along), step = this->step(along);
         const Float4 t4 = broadcast<Float4>(t);
@@ -172,7 +169,7 @@ private:
         }
     }
 
-    /// Opens a part, unless the ray passes it by.
+    /// Opens a part, unless the ray misses it.
     void push(const Part& part, std::size_t slot) {
         Float4 low = points_[slot * size_], high = low;
         for (std::size_t i = slot * size_ + 1; i < (slot + 1) * size_; ++i) {
@@ -194,7 +191,7 @@ private:
             newton_.add(ray_, local_, piece_.patch_index, part, u, v);
             newton_.solve(pieces_, patches_);
             if (newton_.found(0) == Newton<4>::Found::hit) return nearest_.offer(piece_, newton_.solution(0));
-            // A root outside, such as that of a silhouette's other side, does not exclude one inside.
+            // A root outside, for example on a silhouette's other side, does not exclude one inside.
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (larger(extent[0], extent[1]) < smallest) {
@@ -227,7 +224,7 @@ private:
     struct Differences {
         Float4 low, high;
 
-        /// About the length of the longest line of control points.
+        /// Approximate length of the longest line of control points.
         [[nodiscard]] float extent(std::size_t differences) const {
             const Float4 largest = max(high, -low);
             return larger(larger(largest[0], largest[1]), largest[2]) * static_cast<float>(differences);
@@ -248,8 +245,8 @@ private:
         return d;
     }
 
-    /// Whether the projection along the ray has a determinant of one sign for all derivatives in their boxes: then the
-    /// ray meets the part once at most (pieces_build.cpp says why).
+    /// Whether the projection along the ray has a determinant of one sign for all derivatives in their boxes. Then the
+    /// ray intersects the part at most once (pieces_build.cpp explains why).
     static bool never_folds(const Differences& u, const Differences& v) {
         const Float4 a{u.low[0], u.high[0], u.low[0], u.high[0]}, b{v.low[1], v.low[1], v.high[1], v.high[1]};
         const Float4 c{u.low[1], u.high[1], u.low[1], u.high[1]}, d{v.low[0], v.low[0], v.high[0], v.high[0]};
@@ -259,7 +256,8 @@ private:
         return least(plus) > most(minus) || most(plus) < least(minus);
     }
 
-    /// Whether all control points are on one side of a line through the ray, seen along it, that runs along u or v.
+    /// Whether all control points are on one side of a line through the ray. Seen along the ray, the line has the
+    /// direction of u or v.
     [[nodiscard]] bool passes_by(const Net& net, const Differences& in_u, const Differences& in_v) const {
         const Float4 u = in_u.low + in_u.high, v = in_v.low + in_v.high;
         constexpr float infinity = std::numeric_limits<float>::infinity();

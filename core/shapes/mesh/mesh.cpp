@@ -21,7 +21,7 @@ std::vector<bool> used_vertices(const Mesh::Arrays& arrays) {
     return used;
 }
 
-/// f(point) of the vertices in use, moved by a map.
+/// f(point) for the vertices in use, transformed by a map.
 template <class F>
 void for_each(std::span<const Mesh::Point> vertices, const std::vector<bool>& used, const AffineMap& map, F f) {
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -47,14 +47,14 @@ Bounds bounds_of(std::span<const Mesh::Point> vertices, const std::vector<bool>&
     return bounds;
 }
 
-/// The distance from `center` to the farthest of some points: `largest` is that along an axis, and maximum(square) the largest
-/// of square(p) over them.
+/// The distance from `center` to the farthest point: `largest` is the maximum along an axis, and maximum(square) the
+/// maximum of square(p) over the points.
 template <class Maximum>
 double radius_of(double largest, const double center[3], Maximum maximum) {
-    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
+    // In units of about the largest coordinate, so that squares stay in range; a power of two rounds nothing.
     int exponent = 0;
     std::frexp(largest, &exponent);
-    exponent = std::max(exponent, -1000);  // the unit's reciprocal has to stay within the range too
+    exponent = std::max(exponent, -1000);  // the unit's reciprocal has to stay in range too
     const double scale = std::ldexp(1, -exponent);
     const double farthest = maximum([&](const Mesh::Point& p) {
         const double x = (p[0] - center[0]) * scale, y = (p[1] - center[1]) * scale, z = (p[2] - center[2]) * scale;
@@ -95,16 +95,16 @@ double radius_of(const PointTree& points, const AffineMap& map, const double cen
     return radius_of(largest, center, [&](auto square) { return points.farthest(map, center, square); });
 }
 
-/// Hits that lie so far ahead name the triangles to be fetched: what they have is rarely in the cache.
+/// Prefetch distance, in hits: triangle attributes are rarely in the cache.
 constexpr std::size_t ahead = 8;
 
-/// Blends what a triangle's corners have by the barycentric weights of a place.
+/// Interpolates a corner attribute by the barycentric weights of a place.
 Mesh::Uv blended(const std::array<Mesh::Uv, 3>& corner, float u, float v) {
     const float w = 1 - u - v;
     return {u * corner[0][0] + v * corner[1][0] + w * corner[2][0], u * corner[0][1] + v * corner[1][1] + w * corner[2][1]};
 }
 
-/// Where the alpha of a texture times that of vertices, each of which may be none, is below a cutoff.
+/// Holes where the texture's alpha times the vertices' alpha is below a cutoff; either factor is optional.
 class CutOut : public Holes {
 public:
     CutOut(const Texture* texture, std::span<const Mesh::OnTexture> places, std::vector<std::array<float, 3>> alphas, float cutoff)
@@ -118,7 +118,7 @@ public:
         }
         if (!alphas_.empty()) {
             const auto& [a, b, c] = alphas_[triangle];
-            alpha *= c + u * (a - c) + v * (b - c);  // of equal ones exactly these
+            alpha *= c + u * (a - c) + v * (b - c);  // exact for equal values
         }
         return alpha < cutoff_;
     }
@@ -171,7 +171,7 @@ std::vector<Vec3> Mesh::in_unit_sphere() const {
     const auto& [center, size] = sphere();
     std::vector<Vec3> points;
     points.reserve(arrays_.vertices.size());
-    for (const Point& p : arrays_.vertices) {  // those that no triangle has may be anywhere
+    for (const Point& p : arrays_.vertices) {  // unused vertices may be anywhere
         if (points.size() % 32768 == 0) Interruption::check();
         points.push_back({static_cast<float>((p[0] - center[0]) / size), static_cast<float>((p[1] - center[1]) / size),
                           static_cast<float>((p[2] - center[2]) / size)});
@@ -241,7 +241,7 @@ void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::spa
     const auto& [normals, face_normals, bvh, corner_colors, face_colors, on_texture, holes] = *prepared_;
     const auto times = [](Vec3 a, Vec3 b) { return Vec3{a.x * b.x, a.y * b.y, a.z * b.z}; };
     const Texture* const texture = arrays_.texture.get();
-    std::array<Texture::Lookup, ahead> lookups;  // of the last hits
+    std::array<Texture::Lookup, ahead> lookups;  // for the last hits
     const auto use_texture = [&](std::size_t i) { colors[i] = times(colors[i], texture->color(lookups[i % ahead])); };
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (texture && i >= ahead) use_texture(i - ahead);
@@ -259,7 +259,8 @@ void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::spa
         if (!face_colors.empty()) color = times(color, face_colors[triangle]);
         colors[i] = color;
         if (texture) {
-            // A pixel covers more of what it sees at a slant, in one direction: the root lies between blur and noise.
+            // A pixel's footprint is elongated on slanted surfaces: the square root is a compromise between blur and
+            // noise.
             const float size = length(rays[i].direction);
             const float slant = std::max(0.05f, std::fabs(dot(face_normals[triangle], rays[i].direction)) / size);
             const float width = widths[i] * size * on_texture[triangle].texels / std::sqrt(slant);
@@ -304,7 +305,7 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
     const CornerNormals& corner = prepared_->normals[hit.primitive];
     const Vec3 smooth = normalized(hit.u * corner[0] + hit.v * corner[1] + (1 - hit.u - hit.v) * corner[2]);
     const Vec3 face = prepared_->face_normals[hit.primitive];
-    // Files disagree on which side is out, and open meshes show both: only the side that was hit counts.
+    // Files disagree on which side is out, and open meshes show both: use the side that was hit.
     const Vec3 facing = dot(face, ray_direction) > 0 ? -face : face;
     if (dot(smooth, smooth) == 0) return facing;
     return dot(smooth, facing) < 0 ? -smooth : smooth;

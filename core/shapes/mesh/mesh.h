@@ -17,34 +17,34 @@
 
 namespace bob {
 
-/// A hit's primitive is the triangle, its u and v the barycentric weights of the triangle's first and second corner.
+/// A hit's primitive is the triangle. Its u and v are the barycentric weights of the triangle's first and second corner.
 class Mesh : public Shape {
 public:
     using Point = std::array<double, 3>;
     using Uv = std::array<float, 2>;
 
-    /// Where a triangle's corners are on the texture, and how many texels lie side by side along a length of 1.
+    /// The texture coordinates of a triangle's corners, and the number of texels along a length of 1.
     struct OnTexture {
         std::array<Uv, 3> corner;
         float texels;
     };
 
-    /// What users have and the mesh does not copy. It is read until `prepare` is done, and by `bounds` and `radius`.
+    /// The user's data, not copied. It is read until `prepare` is done, and by `bounds` and `radius`.
     struct Arrays {
         std::span<const Point> vertices;
-        std::span<const Triangle> triangles;  // at least one, of indices of vertices
-        std::span<const Vec3> normals;        // none, or one for each vertex
-        std::shared_ptr<const void> owner;    // keeps the arrays, if nobody else does
-        std::span<const Vec3> colors = {};    // linear RGB, none, or one for each vertex
-        std::span<const Vec3> face_colors = {};  // the same, or one for each triangle
-        std::span<const Uv> uv = {};             // none, or one for each vertex, and the texture: 0, 0 at its top left
+        std::span<const Triangle> triangles;  // at least one, of vertex indices
+        std::span<const Vec3> normals;        // per vertex, or empty
+        std::shared_ptr<const void> owner;    // keeps the arrays alive, if necessary
+        std::span<const Vec3> colors = {};    // linear RGB per vertex, or empty
+        std::span<const Vec3> face_colors = {};  // the same per triangle
+        std::span<const Uv> uv = {};             // per vertex, or empty; 0, 0 at the texture's top left
         std::shared_ptr<const Texture> texture = {};
-        std::span<const float> alphas = {};  // none, or how opaque each vertex is, 0..1
-        float alpha_cutoff = 0;              // where the texture's alpha times the vertices' is below it, there is no surface
+        std::span<const float> alphas = {};  // opacity per vertex, 0..1, or empty
+        float alpha_cutoff = 0;              // there is no surface where the texture's alpha times the vertices' is below it
     };
 
-    /// Moved and scaled in double precision to the unit sphere, from the sphere about the centre of the box around the
-    /// vertices that triangles have, which reaches to the farthest of them, or from another.
+    /// Normalised in double precision to the unit sphere, from `sphere`. If omitted, that is the sphere around the used
+    /// vertices, about the centre of their box.
     explicit Mesh(Arrays arrays, const std::optional<Sphere>& sphere = std::nullopt);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
@@ -53,22 +53,22 @@ public:
     [[nodiscard]] double overshoot() const override { return 1e-6; }
     void prepare_places() const override;
 
-    /// Builds the hierarchy and the normals, which takes long.
+    /// Builds the hierarchy and the normals, which is slow.
     void prepare() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
     void face_normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
-    /// The products of what the arrays have: texture, colours of vertices, colours of faces.
+    /// The product of all given colours: texture, vertices, faces.
     [[nodiscard]] bool is_colored() const override { return !arrays_.colors.empty() || !arrays_.face_colors.empty() || arrays_.texture; }
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
-    /// The unit normals at the corners of its triangles, from which shading is interpolated.
+    /// The unit normals at the triangles' corners, which shading interpolates.
     [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 
-    /// 0 until it is prepared.
+    /// 0 until `prepare` was called.
     [[nodiscard]] std::size_t bytes() const override;
     [[nodiscard]] const Picture* picture() const override { return arrays_.texture ? &arrays_.texture->picture() : nullptr; }
     [[nodiscard]] std::size_t bvh_bytes() const;
@@ -78,7 +78,7 @@ private:
         std::vector<CornerNormals> normals;
         std::vector<Vec3> face_normals;
         TriangleBvh bvh;
-        // As the arrays have them: for each triangle, or for none.
+        // As given: for each triangle, or empty.
         std::vector<std::array<Vec3, 3>> corner_colors;
         std::vector<Vec3> face_colors;
         std::vector<OnTexture> on_texture;
@@ -90,10 +90,10 @@ private:
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
     void prepare_holes(Prepared& prepared) const;
 
-    /// Of the vertices in use, where they are given: most meshes stand there, in scene after scene.
+    /// Of the used vertices, untransformed: most meshes are placed like this, in scene after scene.
     struct Extent {
         Bounds bounds;
-        Sphere around;  // the centre of their box, and the distance to the farthest
+        Sphere around;  // about the centre of their box
 
         Extent(const Arrays& arrays, const std::vector<bool>& used);
         [[nodiscard]] Sphere sphere() const {
@@ -109,7 +109,7 @@ private:
     [[nodiscard]] Vec3 shading_normal(const Hit& hit, Vec3 ray_direction) const;
 
     Arrays arrays_;
-    std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are in one
+    std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are used
     Extent extent_;
     mutable Outline outline_;
     mutable Mutex preparing_;

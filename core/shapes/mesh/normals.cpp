@@ -11,8 +11,8 @@
 namespace bob {
 namespace {
 
-// A corner where more faces meet than this stays flat: comparing each with each would take too long. (The pole of a
-// sphere of 1024 meridians is within it.)
+// A corner shared by more faces stays flat: comparing all pairs would take too long. (The pole of a sphere of 1024
+// meridians is below the limit.)
 constexpr std::size_t max_faces_at_vertex = 1024;
 
 constexpr float degree = 3.14159265f / 180;
@@ -26,7 +26,7 @@ std::array<float, 3> corner_angles(std::span<const Vec3> vertices, const Triangl
 }
 
 std::uint64_t hash(Vec3 p) {
-    // + 0.f: -0 and 0 are the same position.
+    // + 0.f: -0 and 0 are equal positions.
     std::uint64_t h = std::bit_cast<std::uint32_t>(p.x + 0.f);
     h = h * 0x9e3779b97f4a7c15 + std::bit_cast<std::uint32_t>(p.y + 0.f);
     h = (h ^ h >> 29) * 0x9e3779b97f4a7c15 + std::bit_cast<std::uint32_t>(p.z + 0.f);
@@ -54,7 +54,7 @@ std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
     return first;
 }
 
-/// The sum of the normals of `corners` that turn from `axis` by less than the angle of a cosine, weighted by angle.
+/// The sum of the normals of `corners` within an angle, given by its cosine, of `axis`; weighted by angle.
 Vec3 sum_within(Vec3 axis, float cos_limit, std::span<const std::uint32_t> corners, std::span<const Vec3> face,
                 std::span<const std::array<float, 3>> angle) {
     Vec3 sum;
@@ -65,7 +65,7 @@ Vec3 sum_within(Vec3 axis, float cos_limit, std::span<const std::uint32_t> corne
     return sum;
 }
 
-/// Where corners meet: the mean of their faces' normals, weighted by angle, and how many they are.
+/// A position: the mean of its faces' normals, weighted by angle, and the number of corners.
 struct Meeting {
     Vec3 mean;
     std::uint32_t count = 0;
@@ -89,8 +89,8 @@ std::vector<Meeting> meetings(std::span<const std::uint32_t> position, std::span
     return result;
 }
 
-/// Of each position, whether all corners there have one normal: where all faces turn from their mean by less than half the crease
-/// angle, less some rounding, no two of them turn by more than it.
+/// For each position, whether all corners share one normal. If all faces deviate from their mean by less than half the
+/// crease angle, minus a margin for rounding, no two of them differ by more than it.
 std::vector<std::uint8_t> are_round(std::span<const std::uint32_t> position, std::span<const Triangle> triangles, std::span<const Vec3> face,
                                     std::span<const Meeting> meeting) {
     static const float cos_half = std::cos(crease_angle_degrees / 2 * degree) + 1e-5f;

@@ -1,4 +1,4 @@
-/// What of a shape decides how far it reaches, found once for all its places.
+/// The extreme points of a shape, found once for all its places.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@ public:
     Outline() = default;
     Outline(Outline&& other) noexcept : tree_(std::move(other.tree_)), made_(other.made_.load()) {}
 
-    /// Made of find(), the points, unless it is there. Any thread may call it, and again.
+    /// Builds the tree from the points of find(), once. Safe to call from any thread, repeatedly.
     template <class Find>
     void prepare(Find find) {
         const std::lock_guard lock(making_);
@@ -25,7 +25,7 @@ public:
         made_ = tree_.get();
     }
 
-    /// Null until it is prepared.
+    /// Null until prepared.
     [[nodiscard]] const PointTree* get() const { return made_; }
 
 private:

@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// Of each of the 256 values.
+/// For each of the 256 byte values.
 const std::array<float, 256>& linear() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> values;
@@ -20,24 +20,23 @@ const std::array<float, 256>& linear() {
     return table;
 }
 
-/// A colour, and how much of it there is.
+/// A colour and its weight.
 struct Weighted {
     Vec3 color;
     float weight;
 };
 
-/// A colour's components in one vector, which every instruction set has.
+/// A colour in one vector, available in every instruction set.
 using Together [[gnu::vector_size(16)]] = float;
 Together together(Vec3 color) { return Together{color.x, color.y, color.z, 0}; }
 
-/// The largest whole number that is not above x, which is within those that an int holds. Where no instruction rounds down, the
-/// library's function takes as long as a texel.
+/// floor(x) for x in the range of int. Without a rounding instruction, the library's function takes as long as a texel.
 int whole(float x) {
     const int truncated = static_cast<int>(x);
     return truncated - (static_cast<float>(truncated) > x);
 }
 
-/// A number of a texel, at most two pictures beyond an edge, wrapped into 0..count - 1. Divisions would take longer than the rest.
+/// Wraps a texel's index, at most two pictures outside, to 0..count - 1. Divisions would take longer than the rest.
 int wrapped(int i, int count, Wrap wrap) {
     if (wrap == Wrap::clamp) return std::clamp(i, 0, count - 1);
     const int period = wrap == Wrap::mirror ? 2 * count : count;
@@ -46,9 +45,9 @@ int wrapped(int i, int count, Wrap wrap) {
     return i < count ? i : period - 1 - i;
 }
 
-/// The same of a place, which then lies in the picture or in the next one, of those that are clamped at most one away.
+/// Wraps a place into the picture or the next one; clamped places are at most one picture outside.
 float near_picture(float place, Wrap wrap) {
-    if (!(std::fabs(place) < 0x1p30f)) return 0;  // nor does float32 know where beyond these
+    if (!(std::fabs(place) < 0x1p30f)) return 0;  // float32 has no fractions there either
     if (wrap == Wrap::clamp) return std::clamp(place, -1.f, 2.f);
     return place - 2 * static_cast<float>(whole(place / 2));
 }
@@ -77,7 +76,7 @@ Picture::Picture(std::span<const std::uint8_t> texels, int height, int width, st
         for_rows(0, rows, columns, [&](int row) {
             for (int column = 0; column < columns; ++column) {
                 const auto at = static_cast<std::size_t>(row * columns + column);
-                if (from.alpha.empty() && 2 * row + 1 < from.height && 2 * column + 1 < from.width) {  // as below, of most texels
+                if (from.alpha.empty() && 2 * row + 1 < from.height && 2 * column + 1 < from.width) {  // as below, for most texels
                     const std::uint8_t* const upper = &from.texels[3 * static_cast<std::size_t>(2 * row * from.width + 2 * column)];
                     const std::uint8_t* const lower = upper + 3 * from.width;
                     for (std::size_t k = 0; k < 3; ++k) {
@@ -130,7 +129,7 @@ inline Vec3 Texture::bilinear(const Level& level, const Around& at) {
             if (b.weight == 0) return a;
             if (a.weight == 0) return b;
             const float sum = a.weight + b.weight;
-            return Weighted{a.color + b.weight / sum * (b.color - a.color), sum};  // of equal colours exactly these
+            return Weighted{a.color + b.weight / sum * (b.color - a.color), sum};  // exact for equal colours
         };
         const auto row = [&](int j, float share) {
             return mixed({texel(j, 0), share * (1 - dx) * level.opacity(at.texel[j][0])},
@@ -147,7 +146,7 @@ inline Vec3 Texture::bilinear(const Level& level, const Around& at) {
 Texture::Lookup Texture::look_up(float u, float v, float width) const {
     u = near_picture(u, across_), v = near_picture(v, down_);
     const float last = static_cast<float>(picture_->levels_.size() - 1);
-    const float at = width > 1 ? std::min(std::log2(width), last) : 0;  // also of what is no number
+    const float at = width > 1 ? std::min(std::log2(width), last) : 0;  // also if NaN
     const auto lower = static_cast<std::size_t>(at);
     const Level& level = picture_->levels_[lower];
     const Lookup lookup{lower, around(level, u, v), u, v, at - static_cast<float>(lower)};
@@ -171,7 +170,7 @@ float Texture::alpha(float u, float v) const {
     const Level& level = picture_->levels_[0];
     if (level.alpha.empty()) return 1;
     const auto [texel, dx, dy] = around(level, near_picture(u, across_), near_picture(v, down_));
-    // Not a sum of shares, which would be 1 but for rounding: between equal texels is what they are.
+    // Interpolates by differences, not by weights, whose sum may differ from 1: equal texels stay exact.
     const auto between = [](float a, float b, float share) { return a + share * (b - a); };
     const auto row = [&](int j) {
         return between(static_cast<float>(level.alpha[texel[j][0]]), static_cast<float>(level.alpha[texel[j][1]]), dx);

@@ -12,21 +12,22 @@
 
 namespace bob {
 
-/// What lies beyond a picture's edge.
+/// Addressing outside the picture.
 enum class Wrap : std::uint8_t { repeat, clamp, mirror };
 
-/// An sRGB picture, and smaller and smaller ones of it: level n + 1 has half the size of level n, rounded up, and each of its texels is
-/// the mean of those that it covers, in linear light. Colours count as far as they are opaque, wherever they are mixed: what is cut out
-/// lends none to what is beside it.
+/// A mip-mapped sRGB picture.
+///
+/// Level n + 1 has half the size of level n, rounded up; each of its texels is the mean of the texels it covers, in
+/// linear light. Colours are always weighted by opacity, so that transparent texels do not bleed into their neighbours.
 class Picture {
 public:
-    /// texels: (height, width, 3), from the top row down; at least one. alpha: (height, width), how opaque each is; none if all are.
-    /// They are read for as long as it lives: the owner keeps them, if nobody else does.
+    /// texels: (height, width, 3), at least one, top row first. alpha: (height, width), the opacity of each texel;
+    /// empty if all are opaque. They are read during the picture's lifetime; `owner` keeps them alive, if necessary.
     Picture(std::span<const std::uint8_t> texels, int height, int width, std::span<const std::uint8_t> alpha = {},
             std::shared_ptr<const void> owner = nullptr);
     Picture(const Picture&) = delete;
 
-    /// Of all texels, 0..1.
+    /// The minimum alpha of all texels, 0..1.
     [[nodiscard]] float least_alpha() const { return least_alpha_; }
     [[nodiscard]] int height() const { return levels_[0].height; }
     [[nodiscard]] int width() const { return levels_[0].width; }
@@ -38,33 +39,34 @@ private:
     struct Level {
         int height, width;
         std::span<const std::uint8_t> texels;  // (height, width, 3)
-        std::span<const std::uint8_t> alpha;   // (height, width), or none
+        std::span<const std::uint8_t> alpha;   // (height, width), or empty
 
         [[nodiscard]] float opacity(std::size_t texel) const { return alpha.empty() ? 1 : static_cast<float>(alpha[texel]) / 255; }
     };
 
     std::shared_ptr<const void> owner_;
-    std::vector<std::uint8_t> smaller_;  // of all levels but the first
+    std::vector<std::uint8_t> smaller_;  // all levels except the first
     std::vector<Level> levels_;
     float least_alpha_;
 };
 
-/// A picture on a surface. Textures share it.
+/// A picture on a surface; textures share pictures.
 class Texture {
 public:
     explicit Texture(std::shared_ptr<const Picture> picture, Wrap across = Wrap::repeat, Wrap down = Wrap::repeat)
         : picture_(std::move(picture)), across_(across), down_(down) {}
 
-    /// Linear RGB, 0..1, at u, 0 at the left edge to 1 at the right one, and v, 0 at the top edge to 1 at the bottom: bilinear in the two
-    /// levels whose texels are next to `width`, in texels of level 0, and between these.
+    /// Linear RGB, 0..1, at texture coordinates u and v. They are 0 at the left and top edges, and 1 at the right and
+    /// bottom. Trilinear: bilinear in the two levels with texel sizes next to `width`, in texels of level 0, and linear
+    /// between them.
     [[nodiscard]] Vec3 operator()(float u, float v, float width) const;
 
-    /// The same in two steps, for several places in turn: `look_up` fetches the texels, which are rarely in the cache, and does not wait.
+    /// The same in two steps, for several places: `look_up` prefetches the texels, which are rarely in the cache.
     struct Lookup;
     [[nodiscard]] Lookup look_up(float u, float v, float width) const;
     [[nodiscard]] Vec3 color(const Lookup& lookup) const;
 
-    /// How opaque it is there, 0..1: bilinear in level 0, so that what is cut out of a surface does not depend on a picture's size.
+    /// Opacity, 0..1: bilinear in level 0, so that cutouts do not depend on a picture's size.
     [[nodiscard]] float alpha(float u, float v) const;
 
     [[nodiscard]] const Picture& picture() const { return *picture_; }
@@ -72,7 +74,7 @@ public:
 private:
     using Level = Picture::Level;
 
-    /// Where the four texels around a place are, (row, column), and how far it is from the first to the last.
+    /// The four texels around a place, (row, column), and the fractional position between them.
     struct Around {
         std::size_t texel[2][2];
         float dx, dy;
@@ -88,7 +90,7 @@ private:
 struct Texture::Lookup {
     std::size_t level;
     Around fine;
-    float u, v, share;  // where it is, and how much the next level counts
+    float u, v, share;  // the place, and the weight of the next level
 };
 
 }  // namespace bob

@@ -7,7 +7,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// And what triangles need: the shear that turns the ray into the axis k[2].
+/// Adds the shear that maps the ray to the axis k[2], for triangles.
 struct RayToTriangles : RayThroughBoxes {
     int k[3];
     Floats from[3];
@@ -15,7 +15,7 @@ struct RayToTriangles : RayThroughBoxes {
 
     explicit RayToTriangles(const Ray& ray) : RayThroughBoxes(ray) {
         for (int axis = 0; axis < 3; ++axis) from[axis] = broadcast<Floats>(origin[axis]);
-        // The longest axis, by the outcomes of the comparisons x > y, x > z, y > z.
+        // The longest axis, indexed by the comparisons x > y, x > z, y > z.
         constexpr signed char longest[8] = {2, 2, 2, 0, 1, 2, 1, 0};
         constexpr signed char next[5] = {0, 1, 2, 0, 1};
         k[2] = longest[(size[0] > size[1]) + 2 * (size[0] > size[2]) + 4 * (size[1] > size[2])];
@@ -27,12 +27,12 @@ struct RayToTriangles : RayThroughBoxes {
     }
 };
 
-/// A ray's place in a triangle that it passes through, by the weights of its first and second corner.
+/// A ray's intersection with a triangle, as weights of its first and second corner.
 struct Crossing {
     float t, u, v;
 };
 
-/// The same as below of one triangle, with exact products: their differences have the right sign, and zero is zero.
+/// The same as below for one triangle, with exact products: their differences have the right sign, and zero is exact.
 [[gnu::noinline]] Crossing cross_in_doubles(const std::array<float, 3>& x, const std::array<float, 3>& y, const std::array<float, 3>& z, double scale_z) {
     const auto edge = [&](std::size_t i, std::size_t j) { return double{x[i]} * double{y[j]} - double{y[i]} * double{x[j]}; };
     const double u = edge(2, 1), v = edge(0, 2), w = edge(1, 0), sum = u + v + w;
@@ -42,16 +42,17 @@ struct Crossing {
     return {static_cast<float>(t), static_cast<float>(u / sum), static_cast<float>(v / sum)};
 }
 
-/// Intersects eight triangles and keeps the nearest hit, of those that `counts(hit)` is true of.
+/// Intersects eight triangles and keeps the nearest hit accepted by `counts(hit)`.
 ///
-/// In the plane across the ray, an edge function is a difference of two products. Each product is rounded on its own
-/// (no fma), so that the difference has the right sign or is zero, and a neighbour's is its exact negation; zero
-/// counts as inside. Where a triangle is so thin across the ray that rounding of the products moves the hit, doubles
-/// decide: they hold products of floats exactly. So no ray slips between neighbours, and a sliver is hit where it is.
-/// A NaN fails every comparison that makes a hit.
+/// In the plane across the ray, an edge function is a difference of two products. Each product is rounded separately
+/// (no fma). The difference therefore has the right sign or is zero, and a neighbour's is its exact negation; zero is
+/// inside. If a triangle is so thin across the ray that rounding moves the hit, doubles decide: they represent products
+/// of floats exactly. So no ray slips between neighbours, and slivers are hit at the right place. A NaN fails every
+/// comparison that makes a hit.
 template <class Counts>
 inline void intersect(const TrianglePacket& packet, const RayToTriangles& ray, Hit& hit, Counts&& counts) {
-    // Edge functions err by 2^-23 of their products: hits by 2^-23 times this of the triangle's size, at most.
+    // Edge functions err by 2^-23 of their products. Hits err by at most 2^-23 times this limit, relative to the
+    // triangle's size.
     constexpr float max_cancellation = 32;
     for (int i = 0; i < 8; i += width) {
         Floats x[3], y[3], z[3];
@@ -115,7 +116,7 @@ struct Way {
     }
 };
 
-/// Some rays at once, each in turn to its next leaf, whose triangles are fetched while the others go on.
+/// Interleaves several rays: each advances to its next leaf, whose triangles are prefetched while the others advance.
 template <class Counts>
 inline void closest_hits_in_turn(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
                                  Hit* hits, Counts&& counts) {
@@ -160,7 +161,7 @@ inline void closest_hits_of(const BvhNode* nodes, const TrianglePacket* packets,
     }
 }
 
-// Of a traversal that is compiled twice, compilers would call what they inlined into one: 5 % of all time.
+// flatten: a traversal instantiated twice would be called instead of inlined, which costs 5 % of all time.
 [[gnu::flatten]] void closest_hits(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
                                    bool apart, Hit* hits) {
     closest_hits_of(nodes, packets, rays, count, apart, hits, [](const Hit&) { return true; });

@@ -1,4 +1,4 @@
-/// Triangles as rays meet them.
+/// Triangles for ray intersection.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace bob {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// 320 bytes, five whole lines of a cache. (Packets of four make the tree larger: bunny and armadillo are a tenth slower, none is
-/// faster.)
+/// 320 bytes, five whole cache lines. (Packets of four enlarge the tree: bunny and armadillo are a tenth slower, no
+/// mesh is faster.)
 struct alignas(64) TrianglePacket {
     static constexpr int size = 8;
 
@@ -27,7 +27,7 @@ struct alignas(64) TrianglePacket {
 struct TriangleBvh {
     std::vector<BvhNode> nodes;
     std::vector<TrianglePacket> packets;
-    float packet_size = 0;  // across, of those that most rays meet
+    float packet_size = 0;  // mean diameter of packets, weighted by how often rays reach them
 
     [[nodiscard]] std::size_t bytes() const {
         return nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(TrianglePacket);
@@ -36,22 +36,22 @@ struct TriangleBvh {
 
 [[nodiscard]] TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
-/// Whether memory can be fetched before it is needed. WebAssembly can't say so.
+/// Whether memory can be prefetched; WebAssembly has no instruction for it.
 #if defined(__wasm__)
 constexpr bool fetches_ahead = false;
 #else
 constexpr bool fetches_ahead = true;
 #endif
 
-/// Whether the rays of a call come to the unit sphere, or begin in it, so far apart that few meet a packet that one shortly before
-/// them has met, in a tree too large for caches.
+/// Whether few rays of a call find packets in the cache. Then their entry points into the unit sphere are far apart, and
+/// the tree is larger than the caches.
 [[nodiscard]] bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays);
 
-/// Where triangles have holes, which rays pass through.
+/// Holes in triangles, transparent to rays.
 class Holes {
 public:
     virtual ~Holes() = default;
-    /// Whether there is one at a place of a triangle, given by the barycentric weights of its first and second corner.
+    /// Whether there is a hole at a place, given by the barycentric weights of the triangle's first and second corner.
     [[nodiscard]] virtual bool at(std::uint32_t triangle, float u, float v) const = 0;
 
 protected:
@@ -60,15 +60,15 @@ protected:
 };
 
 struct TriangleKernels {
-    /// The nearest intersection with t > 0 of each ray; u and v are the barycentric weights of the triangle's first and
-    /// second corner. Rays that lie apart, of `lie_apart`, wait less for memory, and others take longer if this is said of them;
-    /// hits are the same.
+    /// The nearest intersection with t > 0 of each ray. The values u and v are the barycentric weights of the triangle's
+    /// first and second corner. `apart`, from `lie_apart`, affects speed only: it hides memory latency for scattered
+    /// rays and slows others.
     ///
-    /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a
-    /// few sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.
+    /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a few
+    /// sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.
     void (*closest_hits)(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
                          bool apart, Hit* hits);
-    /// The same, but for intersections that lie in holes.
+    /// The same, ignoring intersections in holes.
     void (*closest_hits_around)(const Holes& holes, const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays,
                                 std::size_t count, bool apart, Hit* hits);
 };

@@ -14,19 +14,20 @@ namespace {
 
 using Ball = std::array<double, 4>;  // x, y, z, radius
 
-// How far pieces may be from the curve, in space and radius: half of the rounding of a float of size 1.
+// Maximum distance of pieces from the curve, in space and radius: half the rounding of a float of size 1.
 constexpr double tolerance = 3e-8;
 
-// A piece's control polygon may be longer than its chord by this share.
+// Maximum excess length of a piece's control polygon over its chord, relative to the chord.
 constexpr double bend = 0.02;
 
-// Only weights that differ by many powers of ten need as many cuts: there, a part is a straight line between its ends.
+// Only weights that differ by many powers of ten need this number of cuts. Beyond it, a part is a line segment between
+// its ends.
 constexpr int max_depth = 20;
 
-// This many take a few seconds, and 400 MB.
+// This number takes a few seconds, and 400 MB.
 constexpr std::size_t max_pieces = 1 << 21;
 
-// Bends are cut less often: a cusp stays one however short its piece is.
+// Bends are cut less often: a cusp remains one in pieces of any length.
 constexpr int max_bend_depth = 6;
 
 // Cost of visiting a node, in tests of a packet: of its boxes, and of some pieces. On helices and polylines of 200 and
@@ -49,7 +50,7 @@ Ball mix(const Ball& a, const Ball& b, double t) {
 
 using Cubic = std::array<Ball, 4>;  // control points
 
-/// The cubic that has the ends of a rational Bezier curve and the derivatives there: the curve itself, if it is a
+/// The cubic with the end points and end derivatives of a rational Bezier curve. It is the curve itself if that is a
 /// polynomial of degree 3 or less.
 Cubic hermite(const BezierCurve<4>& curve) {
     const auto& p = curve.control_points;
@@ -131,7 +132,7 @@ Tube::Tube(const NurbsCurve<4>& curve, const Sphere& sphere) : Shape(sphere) {
         const Box& box = boxes.emplace_back(box_around(piece));
         for (int axis = 0; axis < 3; ++axis) extent = std::max({extent, -box.low[axis], box.high[axis]});
     }
-    const float pad = extent * 0x1p-20f;  // more than rounding moves a box' face, or the ray
+    const float pad = extent * 0x1p-20f;  // more than rounding moves a box's face, or the ray
     Bvh bvh = build_bvh(boxes, node_cost);
     nodes_ = std::move(bvh.nodes);
     packets_.reserve(bvh.packets.size());
@@ -178,7 +179,7 @@ void Tube::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
     for (std::size_t i = 0; i < hits.size(); ++i) normals[i] = normal(rays[i], hits[i]);
 }
 
-/// From the ball alone, in double precision: hit.t is not as exact as a thin tube's normals need.
+/// From the ball alone, in double precision: hit.t is less exact than the normals of a thin tube need.
 Vec3 Tube::normal(const Ray& ray, const Hit& hit) const {
     const Ball ball = ball_at(pieces_[hit.primitive], hit.u);
     const double direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
@@ -192,7 +193,7 @@ Vec3 Tube::normal(const Ray& ray, const Hit& hit) const {
         across += foot[i] * foot[i];
     }
     const double half = std::sqrt(std::max(ball[3] * ball[3] - across, 0.0) / scale);
-    const double side = hit.t < along ? 1 : -1;  // from inside, the ball is left, and its inside is seen
+    const double side = hit.t < along ? 1 : -1;  // from inside, the ray leaves the ball and sees its inside
     Vec3 result;
     for (int i = 0; i < 3; ++i) result[i] = static_cast<float>((side * foot[i] - half * direction[i]) / ball[3]);
     return normalized(result);
@@ -213,13 +214,13 @@ double Tube::maximum(const std::function<double(Vec3, float)>& convex) const {
         return convex({static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2])},
                       static_cast<float>(b[3]));
     };
-    // Of balls of the curve: the least and the greatest value yet.
+    // The minimum and maximum over sampled balls of the curve.
     double low = std::numeric_limits<double>::infinity(), high = -low;
     const auto sample = [&](const Ball& b) {
         const double v = value(b);
         low = std::min(low, v), high = std::max(high, v);
     };
-    std::vector<std::pair<Cubic, int>> open;  // and how often they were halved
+    std::vector<std::pair<Cubic, int>> open;  // with the number of halvings
     for (const TubePiece& piece : pieces_) {
         Cubic& cubic = open.emplace_back().first;
         for (std::size_t i = 0; i < 4; ++i) {
@@ -228,7 +229,7 @@ double Tube::maximum(const std::function<double(Vec3, float)>& convex) const {
         sample(cubic[0]);
         sample(cubic[3]);
     }
-    // A convex function is nowhere on a piece larger than at the largest of its control points.
+    // On a piece, a convex function does not exceed its maximum over the control points.
     constexpr int max_halvings = 10;
     double above = high;
     while (!open.empty()) {

@@ -1,4 +1,4 @@
-/// Tubes: what a ball of varying radius sweeps as it moves along a curve.
+/// Tubes: the volume swept by a ball of varying radius along a curve.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,15 @@
 
 namespace bob {
 
-/// A hit's primitive is the piece of the curve, its u the parameter 0..1 of the ball on that piece.
+/// A hit's primitive is the piece of the curve. Its u is the parameter 0..1 of the ball on that piece.
 class Tube : public Shape {
 public:
-    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, which `sphere` was before; r is above
-    /// 0, as are weights. The ends are round.
+    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, after normalisation from `sphere`.
+    /// The radius r and the weights are above 0. The ends are round.
     explicit Tube(const NurbsCurve<4>& curve, const Sphere& sphere = {});
     Tube(Tube&&) = default;
 
-    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, r, w).
+    /// From control points of any size, not homogeneous but with weights, (x, y, z, r, w).
     [[nodiscard]] static Tube of_weighted_points(NurbsCurve<4> curve);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
@@ -32,10 +32,10 @@ public:
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::size_t bytes() const override;
 
-    /// How many pieces the curve was cut into.
+    /// Number of pieces of the curve.
     [[nodiscard]] std::size_t pieces() const { return pieces_.size(); }
 
-    /// The largest value over the balls of f(centre, radius), which is convex: at most 1e-3 of its range too large.
+    /// The maximum over the balls of a convex function f(centre, radius): too large by at most 1e-3 of its range.
     [[nodiscard]] double maximum(const std::function<double(Vec3, float)>& convex) const;
 
 private:

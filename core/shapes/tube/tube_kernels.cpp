@@ -3,16 +3,20 @@
 #include "shapes/bvh_traversal.h"
 #include "shapes/tube/tube_pieces.h"
 
-/// How a ray meets a piece. In units of length along the ray, it is within the ball at s from a(s) - sqrt(q(s)) to
-/// a(s) + sqrt(q(s)), where a is the centre's coordinate along the ray, and q = r^2 - x^2 - y^2 of the radius and of
-/// the centre's coordinates across it. Where q >= 0 all over an interval of s, these segments move continuously, so
-/// that their union is one segment, from the least a - sqrt(q) to the greatest a + sqrt(q): a *span*. The union of all
-/// balls is the union of the spans of all pieces, whatever the radius and the curvature, from outside and from inside.
+/// Intersection of a ray with a piece.
 ///
-/// So two things are found: where q >= 0, a polynomial of degree 6, and the least f = a - sqrt(q) there (for the other
-/// end: the least f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q) + 2 a'^2 - q''. In tubes thinner
-/// than the curve's radius of curvature, bounds of k mostly show that it is positive all over the piece: then f has at
-/// most one critical point, a minimum. Pieces for which bounds of k don't settle its sign are halved.
+/// In units of length along the ray, the ray is inside the ball at s from a(s) - sqrt(q(s)) to a(s) + sqrt(q(s)). Here
+/// a is the centre's coordinate along the ray, and q = r^2 - x^2 - y^2, from the radius and the centre's coordinates
+/// across the ray.
+///
+/// Where q >= 0 on an interval of s, these segments move continuously, so that their union is one segment, from the
+/// minimum of a - sqrt(q) to the maximum of a + sqrt(q): a *span*. The union of all balls is the union of the spans of
+/// all pieces, for any radius and curvature, from outside and from inside.
+///
+/// So there are two problems. One is where q >= 0, a polynomial of degree 6. The other is the minimum of f = a -
+/// sqrt(q) there (for the other end, the minimum of f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q)
+/// + 2 a'^2 - q''. In tubes thinner than the curve's radius of curvature, bounds of k usually prove that it is positive
+/// on the whole piece: then f has at most one critical point, a minimum. Pieces with an undecided sign of k are halved.
 namespace bob::BOB_ISA {
 namespace {
 
@@ -52,11 +56,11 @@ inline double greatest(const double (&p)[N]) {
 struct Bernstein {
     double a[4], q[7];
 
-    /// f is nowhere less.
+    /// A lower bound of f.
     [[nodiscard]] double bound() const { return least(a) - root(greatest(q)); }
 };
 
-/// A ray's own axes: along it, and two across.
+/// A ray's axes: along it, and two across.
 struct RayFrame {
     D4 column[3], origin;  // the coordinates (along, across, across, 0) of x, y, z, and of the ray's origin
     double scale;          // the length of its direction
@@ -92,7 +96,7 @@ struct Intervals {
 /// One piece in a ray's frame.
 class PieceOnRay {
 public:
-    /// False where the ray surely misses all balls, or meets none from 0 to `end`, in units of length.
+    /// False if the ray certainly misses all balls, or hits none from 0 to `end`, in units of length.
     bool project(const TubePiece& piece, const RayFrame& ray, double end) {
         D4 ball[4];
         for (int i = 0; i < 4; ++i) {
@@ -137,8 +141,8 @@ public:
         return result;
     }
 
-    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0;
-    /// `limit`, if it is not below that.
+    /// The minimum of a - sqrt(q) (sign = 1), or minus the maximum of a + sqrt(q) (sign = -1), over low..high, where q
+    /// >= 0; at most `limit`.
     struct Least {
         double value, s;
     };
@@ -165,9 +169,9 @@ public:
         return best;
     }
 
-    /// The least a - sqrt(q) over the whole piece, if that is below `best`; false where bounds don't show that f has one
-    /// critical point at most, a minimum, and that q >= 0 in one interval, as it is where q is concave. Then neither is looked
-    /// for: while -q' stands for g where q < 0, g grows from below 0 to above it once.
+    /// The minimum of a - sqrt(q) over the whole piece, if it is below `best`. False unless bounds prove that f has at
+    /// most one critical point, a minimum, and that q >= 0 in one interval, as for concave q. Then neither is computed:
+    /// with -q' in place of g where q < 0, g rises from below 0 to above it once.
     [[nodiscard]] bool find_only_minimum(Least& best) const {
         const auto& [a, q] = whole_;
         for (int i = 0; i < 5; ++i) {
@@ -212,7 +216,7 @@ private:
         if (f < best.value) best = {f, s};
     }
 
-    /// Adds the parts of low..high where q, of these coefficients there, is not negative (Descartes' rule of signs).
+    /// Adds the parts of low..high where q, with these coefficients there, is not negative (Descartes' rule of signs).
     void find_inside(const double (&q)[7], double low, double high, int depth, Intervals& result) const {
         if (greatest(q) <= noise_) return;
         if (least(q) >= -noise_) return result.add(low, high);
@@ -229,7 +233,7 @@ private:
         } else if (depth == 24) {  // a double zero, to rounding
             if (q[0] >= 0 || q[6] >= 0) result.add(low, high);
         } else {
-            // At the vertex of the parabola that has q's slopes at both ends, if it has one.
+            // At the vertex of the parabola with q's slopes at both ends, if it exists.
             const double rise = q[1] - q[0], fall = q[5] - q[6];
             double at = rise * fall > 0 ? rise / (rise + fall) : 0.5;
             at = larger(smaller(at, 0.9), 0.1);
@@ -241,9 +245,9 @@ private:
         }
     }
 
-    /// The only zero of q, of these coefficients, within low..high: Newton's method, from where the control polygon
-    /// changes sign, and bisection where that leaves the bracket. f is never least at a zero, but may be next to one,
-    /// as in thin tubes, where zeros are close to each other.
+    /// The only zero of q, with these coefficients, in low..high: Newton's method from the sign change of the control
+    /// polygon, with bisection outside the bracket. f is never minimal at a zero, but may be next to one, as in thin
+    /// tubes, where zeros are close together.
     [[nodiscard]] double find_zero(const double (&coefficients)[7], double low, double high, bool rising) const {
         int i = 0;
         while (i < 5 && (coefficients[i + 1] >= 0) != rising) ++i;
@@ -262,7 +266,7 @@ private:
         return s;
     }
 
-    /// 1 where every critical point of f is a minimum, -1 where every one is a maximum, 0 where bounds don't settle it.
+    /// 1 if every critical point of f is a minimum, -1 if every one is a maximum, 0 if undecided.
     [[nodiscard]] int shape_of(const Bernstein& p) const {
         const double a[3] = {3 * (p.a[1] - p.a[0]), 3 * (p.a[2] - p.a[1]), 3 * (p.a[3] - p.a[2])};
         double k[5] = {a[0] * a[0], a[0] * a[1], (2 * a[1] * a[1] + a[0] * a[2]) / 3, a[1] * a[2], a[2] * a[2]};
@@ -273,13 +277,13 @@ private:
         return greatest(k) + sqrt_q * larger(greatest(bend), 0) <= 0 ? -1 : 0;
     }
 
-    /// Where f has no critical points but minima.
+    /// For f without critical points other than minima.
     void find_minimum(Least& best, double low, double high, double sign) const {
         if (at(low, sign).g >= 0 || at(high, sign).g <= 0) return;
         converge(best, 0.5 * (low + high), low, high, sign, false);
     }
 
-    /// Where f would be least if a were a straight line and q a parabola, as they are of straight pieces.
+    /// The place of the minimum of f if a were linear and q quadratic, as on straight pieces.
     [[nodiscard]] double only_minimum_of_parabola() const {
         const auto& [a, q] = whole_;
         const double middle = (q[0] + q[6] + 6 * (q[1] + q[5]) + 15 * (q[2] + q[4]) + 20 * q[3]) / 64;
@@ -290,7 +294,7 @@ private:
         return smaller(larger(s, 0.01), 0.99);
     }
 
-    /// Newton's method, and bisection where that leaves the bracket. Ends where a concave q is below 0 all over it.
+    /// Newton's method, with bisection outside the bracket. Ends if a concave q is below 0 on the whole bracket.
     void converge(Least& best, double s, double low, double high, double sign, bool is_concave) const {
         constexpr double enough = 1e-10, close = 1e-12;  // of f, and of s
         for (int i = 0; i < 60; ++i) {
@@ -300,7 +304,7 @@ private:
             const double step = here.g / here.k, next = s - step;
             const bool is_between = next > low && next < high;
             if (here.q >= 0 && here.f < best.value) best = {here.f, is_between ? next : s};
-            // What another step would take off f.
+            // The reduction of f by another step.
             if (here.g * step < 4 * enough * root(here.q) || (step < close && step > -close)) break;
             s = is_between ? next : 0.5 * (low + high);
         }
@@ -313,7 +317,7 @@ private:
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
             improve(best, middle, sign);
-            // Both f' and f'' are next to nothing where shapes remain unknown for so long.
+            // Both f' and f'' are negligible if the shape is still unknown at this depth.
             if (depth == 10) return;
             Bernstein below, above;
             split(p.a, 0.5, below.a, above.a);
@@ -324,11 +328,11 @@ private:
     }
 
     Bernstein whole_;
-    D4 power_[4];   // coefficients of 1, s, s^2, s^3: of the coordinate along the ray, the two across, and the radius
-    double noise_;  // more than rounding in q, in coordinates of about 1
+    D4 power_[4];   // coefficients of 1, s, s^2, s^3: coordinates along the ray and across it, and the radius
+    double noise_;  // more than rounding in q, for coordinates of about 1
 };
 
-/// A ray's way through a tube.
+/// Intersects a ray with a tube.
 class RayThroughTube {
 public:
     RayThroughTube(const BvhNode* nodes, const BvhNode* packets, const TubePiece* pieces, const Ray& ray)
@@ -352,7 +356,7 @@ public:
                     meet(enter);
                 } else if (piece.least_over(intervals.low[i], intervals.high[i], -1, 0).value < 0) {
                     within = true;
-                    hit.t = 0;  // nothing else matters
+                    hit.t = 0;  // nothing else is needed
                 }
             }
         });
@@ -375,9 +379,9 @@ private:
         });
     }
 
-    /// From inside: spans are joined from 0 on, until none goes on from where the others end.
+    /// From inside: joins spans from 0 on until there is a gap.
     Hit leave() {
-        // Neighbours' spans at a joint that the ray only grazes may be apart by rounding.
+        // At a joint that the ray grazes, neighbouring spans may be separated by rounding.
         constexpr double gap = 1e-7;
         double reach = 0;
         end_ = gap;
@@ -409,7 +413,7 @@ private:
     const TubePiece* pieces_;
     RayThroughBoxes boxes_;
     RayFrame frame_;
-    double end_ = infinity;  // spans that begin beyond it don't matter; in units of length
+    double end_ = infinity;  // later spans are ignored; in units of length
 };
 
 void closest_hits(const BvhNode* nodes, const BvhNode* packets, const TubePiece* pieces, const Ray* rays,

@@ -1,4 +1,4 @@
-/// The pieces of a tube as rays meet them.
+/// The pieces of a tube for ray intersection.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ struct alignas(32) TubePiece {
 };
 
 struct TubeKernels {
-    /// The first t > 0 at which each ray crosses the boundary of the union of all balls; u is the parameter 0..1 of the
-    /// ball on its piece. The leaves' packets are nodes too: their children are the boxes and the numbers of pieces.
+    /// The first t > 0 where each ray crosses the boundary of the union of all balls. The value u is the parameter 0..1
+    /// of the ball on its piece. The leaves' packets are nodes too: their children are the boxes and numbers of pieces.
     void (*closest_hits)(const BvhNode* nodes, const BvhNode* packets, const TubePiece* pieces, const Ray* rays,
                          std::size_t count, Hit* hits);
 };

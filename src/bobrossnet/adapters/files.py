@@ -20,6 +20,7 @@ import numpy as np
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.foreign import is_foreign, shapes_of
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
@@ -37,12 +38,16 @@ from bobrossnet.adapters.vm import read_vm
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.support import interrupts
 from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
 from bobrossnet.support.messages import name_of, one_line
-from bobrossnet.support.paths import check_file, is_path, path_of
+from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
 from bobrossnet.tracing.instance import Instance
-from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
+
+SAMPLE = "sample:"
+"""Begins the name of a shape that the package brings."""
 
 MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,
@@ -99,7 +104,8 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
         surfaces, .3dm (Rhino's), .step, .stp, .iges, .igs, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or
         .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say;
-        instances are named after their files where these have no names for them.
+        instances are named after their files where these have no names for them. "sample:gear" is a shape of the
+        gallery. Meshes and scenes of trimesh are taken as they are.
     up : "z" or "y"
         The axis that points up in `source`; y is turned to z, as by `Scene.turned_upright`.
 
@@ -118,9 +124,8 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         If a part of a file was left out or is not shown as it is.
     """
     check_up(up)
-    if is_path(source) or isinstance(source, Shape | Instance | Scene):
-        source = (source,)
-    each = each_of("source", source, "a path, a shape or several")
+    is_one = is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source)
+    each = [source] if is_one else each_of("source", source, "a path, a shape or several")
     items = [_loaded(item) if is_path(item) else item for item in each]
     only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
@@ -132,7 +137,19 @@ def check_up(up: str) -> None:
     check_choice("up", up, ("y", "z"))
 
 
+def _shapes_of(value: Any) -> SceneLike | None:
+    """Lets scenes be made of paths and of other libraries' meshes."""
+    if is_path(value):
+        return load(value)
+    return shapes_of(value) if is_foreign(value) else None
+
+
+READERS.append(_shapes_of)
+
+
 def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
+    if isinstance(path, str) and path.startswith(SAMPLE):
+        return sample(path)
     file = path_of(path)
     ending = file.suffix.lower()
     if ending in MESH_READERS:
@@ -150,6 +167,16 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
                 raise InputError("expected a scene, got an empty file")
             return as_scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
+
+
+def sample(name: str) -> SceneLike:
+    """A shape of the gallery, `sample:gear`, or the built-in tree, `sample:happy_tree`."""
+    shapes = {file.stem: file for file in (VIEWER / "gallery").glob("*") if file.suffix in (".bob", ".sdf")}
+    chosen = name.removeprefix(SAMPLE)
+    if chosen == "happy_tree":
+        return Instance(happy_tree(), name="happy tree")
+    check_choice(SAMPLE.rstrip(":"), chosen, ("happy_tree", *sorted(shapes)))
+    return _loaded(shapes[chosen])
 
 
 def shape_files(place: str | os.PathLike[str]) -> list[Path]:

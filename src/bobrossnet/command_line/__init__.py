@@ -1,1 +1,1 @@
-"""The command `bobrossnet`: its subcommands, their arguments, how it starts and ends."""
+"""The command `bobrossnet`: its subcommands, their arguments, its start and its end."""

@@ -1,13 +1,17 @@
-"""What arguments of the command line may be, for argparse."""
+"""Arguments shared by the commands, for argparse."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
+import shutil
+import sys
+import tempfile
 from collections.abc import Sequence
 
-from bobrossnet.adapters.files import KINDS
+from bobrossnet.adapters.files import ALL_ENDINGS, KINDS
 from bobrossnet.picture.camera import Camera
 from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.tracing.scene import Scene
@@ -19,14 +23,30 @@ FILES = "; ".join(
 
 def add_files(parser: argparse.ArgumentParser) -> None:
     """Add the shape files that a command is about."""
-    parser.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    parser.add_argument("files", nargs="*", metavar="FILE", help=f"{FILES}; sample:NAME; - reads standard input")
+    parser.add_argument("--format", metavar="ENDING", help="of standard input, such as stl")
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """The scene of the files that were named, turned as was asked for."""
+    """Return the scene of the given files, with the requested up axis."""
     import bobrossnet as bob
 
-    return bob.load(options.files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
+        files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
+        return bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+
+
+def _of_standard_input(ending: str | None, folder: str) -> str:
+    """A file with the bytes of standard input."""
+    from bobrossnet.support.errors import InputError
+
+    known = f".{(ending or '').lower().lstrip('.')}"
+    if known not in ALL_ENDINGS:
+        raise InputError(f"--format: expected standard input's, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}")
+    file = os.path.join(folder, f"standard input{known}")
+    with open(file, "wb") as copy:
+        shutil.copyfileobj(sys.stdin.buffer, copy)
+    return file
 
 
 def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:
@@ -36,7 +56,7 @@ def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 6
 
 
 def add_fraction(container: argparse._ActionsContainer, default: float | None, told: str = "") -> None:
-    """Add --fraction, the share of the pixels to trace; `told` says what the default is where that depends."""
+    """Add --fraction, the share of the pixels to trace; `told` describes a default that depends on other arguments."""
     container.add_argument(
         "--fraction",
         type=fraction,
@@ -48,7 +68,7 @@ def add_fraction(container: argparse._ActionsContainer, default: float | None, t
 
 
 def add_orbit(parser: argparse.ArgumentParser) -> None:
-    """Add the angles and the lens of a camera that orbits."""
+    """Add the angles and the field of view of an orbiting camera."""
     home = Camera()
     for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
         parser.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
@@ -56,7 +76,7 @@ def add_orbit(parser: argparse.ArgumentParser) -> None:
 
 
 def add_fov(parser: argparse.ArgumentParser) -> None:
-    """Add --fov, the lens of a camera."""
+    """Add --fov, the field of view."""
     parser.add_argument(
         "--fov",
         type=float,
@@ -73,19 +93,19 @@ def add_zoom(parser: argparse.ArgumentParser) -> None:
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:
-    """Add --model, which completes pictures."""
+    """Add --model, the network that completes pictures."""
     parser.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
 
 
 def add_samples(parser: argparse.ArgumentParser, default: int | None, what: str, told: str = "") -> None:
-    """Add --samples of each pixel; `told` says what the default is where that depends."""
+    """Add --samples of each pixel; `told` describes a default that depends on other arguments."""
     parser.add_argument(
         "--samples", type=int, default=default, metavar="N", help=f"{what} (default: {told or default})"
     )
 
 
 def add_background(parser: argparse.ArgumentParser, default: str | None, told: str = "") -> None:
-    """Add --background, which `background` reads; `told` says what the default is where that depends."""
+    """Add --background, parsed by `background`; `told` describes a default that depends on other arguments."""
     parser.add_argument(
         "--background",
         metavar="COLOR",
@@ -112,18 +132,18 @@ def add_light(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
-    """Add --scheduler, of a cluster to render on."""
+    """Add --scheduler, the address of a cluster."""
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
-    """Add --up, which says how the files' axes are meant."""
+    """Add --up, the up axis of the files."""
     what = "the shapes' axis that points up; y turns them upright (default: z)"
     parser.add_argument("--up", choices=("y", "z"), default="z", help=what)
 
 
 def size(text: str) -> tuple[int, int]:
-    """(height, width) from WIDTHxHEIGHT."""
+    """Parse WIDTHxHEIGHT to (height, width)."""
     from bobrossnet.picture.order import check_size
     from bobrossnet.support.errors import InputError
 
@@ -155,7 +175,7 @@ def positive(text: str) -> float:
 
 
 def background(text: str | None) -> str | tuple[str, str] | None:
-    """What `render` takes, from transparent, a color, or two with a comma between them; black by default."""
+    """Parse "transparent", a color, or two separated by a comma, to the background of `render`; None is black."""
     if text == "transparent":
         return None
     first, comma, second = (text or BLACK).partition(",")
@@ -163,7 +183,7 @@ def background(text: str | None) -> str | tuple[str, str] | None:
 
 
 def numbers(text: str) -> tuple[float, ...]:
-    """Coordinates from a list such as 1,-0.5,2."""
+    """Parse coordinates from a list such as 1,-0.5,2."""
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -171,7 +191,7 @@ def numbers(text: str) -> tuple[float, ...]:
 
 
 def with_lists_joined(arguments: Sequence[str]) -> list[str]:
-    """The same with lists that begin with a minus joined to their options, since argparse takes them for options."""
+    """Join lists that begin with a minus to their options, since argparse would take them for options."""
     joined: list[str] = []
     for argument in arguments:
         if joined and re.fullmatch(r"--\w+", joined[-1]) and re.match(r"-[\d.]+,", argument):
@@ -182,5 +202,5 @@ def with_lists_joined(arguments: Sequence[str]) -> list[str]:
 
 
 def fractions(text: str) -> tuple[float, ...]:
-    """Shares of the pixels from a list such as 1%,5%."""
+    """Parse shares of the pixels from a list such as 1%,5%."""
     return tuple(fraction(part) for part in text.split(","))

@@ -1,6 +1,6 @@
-"""The command line: `bobrossnet view | mesh | pack | info`, and the commands of this folder and of learn/commands.py.
+"""The command line: `bobrossnet view | mesh | pack`, and the commands of this folder and of learn/commands.py.
 
-Nothing slow is imported up here, so that --help and mistakes are answered at once.
+Slow modules are imported inside functions, so that --help and usage errors answer at once.
 """
 
 from __future__ import annotations
@@ -9,20 +9,19 @@ import argparse
 import contextlib
 import errno
 import io
-import json
 import os
 import signal
 import sys
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import distribution
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__
-from bobrossnet.command_line import complete, orbit, render, starting, thumbs
+from bobrossnet.command_line import complete, info, orbit, render, sheet, starting, thumbs
 from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
@@ -38,29 +37,26 @@ from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory
 
-if TYPE_CHECKING:
-    import bobrossnet as bob
-
 USAGE_ERROR = 2
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""What writing fails with where there is no more space."""
+"""Errors of a write to a full disk."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status.
 
-    It is 0, the command's own, 2 after an error of one line on stderr, or 130 after Ctrl-C.
+    The status is 0, or the command's status; 2 after an error, reported in one line on stderr; 130 after Ctrl-C.
     """
     from bobrossnet.support.errors import InputError
 
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # so that any file's name can be printed
+        if isinstance(stream, io.TextIOWrapper):  # any file name can be printed
             stream.reconfigure(encoding="utf-8" if sys.platform == "win32" else None, errors="backslashreplace")
     try:
         starting.done()
-        for sent in ENDING:  # so that files in the making are cleaned up
-            if signal.getsignal(sent) != signal.SIG_IGN:  # which nohup sets
+        for sent in ENDING:  # unfinished files are removed
+            if signal.getsignal(sent) != signal.SIG_IGN:  # nohup ignores it
                 signal.signal(sent, _terminate)
         return _run(arguments)
     except (InputError, _UsageError) as error:
@@ -71,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except OSError as error:
         if _is_closed_pipe(error):
-            _discard_output()  # the reader is gone
+            _discard_output()  # the reader has closed the pipe
             return 0
         if error.errno not in FULL:
             raise
@@ -81,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _discard_output()
         return _fail(f"can't write {error.filename or 'the output'}: {error.strerror}")
     except KeyboardInterrupt as interrupt:
-        with contextlib.suppress(OSError):  # of a terminal that was closed
+        with contextlib.suppress(OSError):  # the terminal may be closed
             print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return starting.INTERRUPTED
 
@@ -93,9 +89,15 @@ def _run(arguments: Sequence[str] | None) -> int:
         options = parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
-            warnings.showwarning = _print_warning
+            options.warnings = []
+
+            def show(message: Warning | str, *_: Any, **__: Any) -> None:
+                options.warnings.append(str(message))
+                print(f"bobrossnet: warning: {message}", file=sys.stderr)
+
+            warnings.showwarning = show
             status: int = options.run(options) or 0
-    except SystemExit:  # after --help and --version
+    except SystemExit:  # --help and --version
         _flush_output()
         raise
     _flush_output()
@@ -103,24 +105,24 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _flush_output() -> None:
-    """Write what was printed while an error can still be told."""
-    if sys.stdout is not None:  # as it is where it was closed
+    """Flush stdout while errors can still be reported."""
+    if sys.stdout is not None:  # None if stdout is closed
         sys.stdout.flush()
 
 
 def _is_closed_pipe(error: OSError) -> bool:
-    """Whether the output's reader is gone, which Windows calls an invalid argument of no file."""
+    """Return whether the output's reader has closed the pipe; on Windows that is an invalid argument without a file."""
     on_windows = sys.platform == "win32" and error.errno == errno.EINVAL and error.filename is None
     return isinstance(error, BrokenPipeError) or on_windows
 
 
 def _discard_output() -> None:
-    """Let nothing more be written to stdout, which Python would try as it exits."""
+    """Redirect stdout to nowhere, so that Python does not fail to flush it at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _UsageError(Exception):
-    """argparse's errors, in one line instead of its usage text."""
+    """A usage error, printed as one line without argparse's usage text."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -129,12 +131,13 @@ class _Parser(argparse.ArgumentParser):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The arguments of all commands."""
+    """Return the parser of all commands."""
     made = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
     made.add_argument("--version", action="version", version=__version__)
     commands = made.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
     render.add(commands)
+    sheet.add(commands)
     orbit.add(commands)
     thumbs.add(commands)
     complete.add(commands)
@@ -180,17 +183,7 @@ def parser() -> argparse.ArgumentParser:
     add_files(pack)
     add_up(pack)
 
-    info = commands.add_parser(
-        "info",
-        help="tell what is in a shape file, a scene, a weight file or a training's folder",
-        description="Tell what is in a shape file, a scene, a weight file or a training's folder.",
-    )
-    info.set_defaults(run=_info)
-    info.add_argument(
-        "file",
-        metavar="FILE",
-        help="shapes, a scene, a .safetensors file, the name of shipped weights, or a folder",
-    )
+    info.add(commands)
 
     for point in distribution("bobrossnet").entry_points.select(group="bobrossnet.commands"):
         point.load()(commands)
@@ -221,13 +214,13 @@ def _view(options: argparse.Namespace) -> None:
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")
             return
         with Server(page, options.port) as server:
-            # Quoted twice: the parameter is a URL itself, in which # and ? have a meaning.
+            # Quoted twice: the parameter is a URL, in which # and ? have a meaning.
             url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
             print(f"{url}  (Ctrl-C ends it)", flush=True)
             if not options.no_browser:
-                # Browsers in a terminal only return when they are left.
+                # Browsers in a terminal block until they are closed.
                 threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
-            with contextlib.suppress(KeyboardInterrupt):  # how it ends
+            with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C ends the server
                 server.serve_forever()
 
 
@@ -255,94 +248,13 @@ def _pack(options: argparse.Namespace) -> None:
     print(f"wrote {out}: {scene.describe()}")
 
 
-def _info(options: argparse.Namespace) -> None:
-    import bobrossnet as bob
-    from bobrossnet.completion.weights import find_weights, read_weights
-    from bobrossnet.pictures.upright import seems_to_lie
-
-    limit_memory()
-    configuration = Path(options.file) / "config.json"
-    if os.path.isfile(configuration):  # also of a name too long, which has none
-        _print_configuration(_read_configuration(configuration))
-        return
-    weights = find_weights(options.file)
-    if weights is not None:
-        metadata, tensors = read_weights(weights)
-        training = metadata.pop("training", "{}")
-        _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
-        _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
-        _print_configuration({"training": json.loads(training)})
-        return
-    scene = bob.load(options.file)
-    _print_table(
-        {
-            "file": options.file,
-            "scene": scene.describe(),
-            "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
-            **({"up": "z; it seems to lie, --up y would turn it upright"} if seems_to_lie(scene) else {}),
-        }
-    )
-    for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):
-        print()
-        _print_table(
-            {
-                "shape": instance.shape.kind + (f", {instance.name!r}" if instance.name else ""),
-                **instance.shape.describe(),
-                "bounds": f"{_vector(low)} .. {_vector(high)}",
-                "material": _material(instance.material),
-            },
-            indent="  ",
-        )
-
-
-def _material(material: bob.Material) -> str:
-    names = ("ambient", "diffuse", "specular", "shininess") if material.roughness is None else ("metallic", "roughness")
-    numbers = ", ".join(f"{name} {getattr(material, name):.6g}" for name in names)
-    emissive = f", emissive {_vector(material.emissive)}" if any(material.emissive) else ""
-    return f"linear RGB {_vector(material.color)}, {numbers}{emissive}"
-
-
-def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:
-    """What a training run wrote about itself."""
-    from bobrossnet.support.errors import InputError
-
-    try:
-        parts = json.loads(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: expected a training's configuration, can't read it: {error}") from error
-    if not (isinstance(parts, dict) and all(isinstance(fields, dict) for fields in parts.values())):
-        raise InputError(f"{path}: expected a training's configuration, got other JSON")
-    return parts
-
-
-def _print_configuration(parts: dict[str, dict[str, Any]]) -> None:
-    for name, fields in parts.items():
-        if fields:
-            print(name)
-            _print_table(fields, indent="  ")
-
-
-def _vector(numbers: Iterable[float]) -> str:
-    return "(" + ", ".join(f"{x:.6g}" for x in numbers) + ")"
-
-
-def _print_table(rows: dict[str, Any], indent: str = "") -> None:
-    width = max(map(len, rows), default=0)
-    for name, value in rows.items():
-        print(f"{indent}{name:{width}}  {value}")
-
-
-def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    print(f"bobrossnet: warning: {message}", file=sys.stderr)
-
-
 def _fail(message: str) -> int:
     print(f"bobrossnet: error: {' '.join(message.split())}", file=sys.stderr)
     return USAGE_ERROR
 
 
 def _terminate(*_: Any) -> NoReturn:
-    """As Ctrl-C; what follows, as the second SIGHUP of a closed terminal, must not stop the cleaning up."""
+    """Raise KeyboardInterrupt, as Ctrl-C does; later signals, such as a second SIGHUP, must not stop the cleanup."""
     for sent in ENDING:
         signal.signal(sent, signal.SIG_IGN)
     raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""`bobrossnet complete`: sparse pictures of other programs."""
+"""`bobrossnet complete`: completes sparse pictures of other programs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Complete the file, and print what was done in what time."""
+    """Complete the file, and print the sizes and times."""
     from bobrossnet.completion.exr import completed_channels
     from bobrossnet.picture.exr import ENDING, read_exr, write_exr
     from bobrossnet.support.atomic import check_writable

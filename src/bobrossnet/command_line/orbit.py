@@ -1,4 +1,4 @@
-"""`bobrossnet orbit`: a film of one turn around shapes."""
+"""`bobrossnet orbit`: renders a film of one turn around shapes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Make the film, and print what was done in what time."""
+    """Render the film, and print the sizes and times."""
     import bobrossnet as bob
     from bobrossnet.pictures.filming import check_film_path
     from bobrossnet.support.machine import limit_memory

@@ -1,12 +1,15 @@
-"""`bobrossnet render`: a picture of shapes."""
+"""`bobrossnet render`: renders a picture of shapes."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bobrossnet.command_line import arguments
+from bobrossnet.command_line.report import STANDARD_OUTPUT, Report, add_report, plural
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
@@ -14,11 +17,11 @@ if TYPE_CHECKING:
     import bobrossnet as bob
 
 FRACTION = 0.1
-"""Of the built-in scene's pixels, and beside a reference."""
+"""Default share of pixels for the built-in scene, and for panels with a reference."""
 
-STEP = 0.01  # of the pixels: after each the expected error is looked at
+STEP = 0.01  # share of the pixels between two checks of the expected error
 LARGE = 3840 * 2160
-"""Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
+"""Pixels from which completion takes too long to repeat for timing."""
 
 
 def add(commands: Any) -> None:
@@ -63,7 +66,9 @@ def add(commands: Any) -> None:
     )
     arguments.add_up(render)
     arguments.add_model(render)
-    render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
+    render.add_argument(
+        "-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png; - writes a PNG to standard output"
+    )
     arguments.add_samples(
         render,
         None,
@@ -77,10 +82,11 @@ def add(commands: Any) -> None:
     )
     arguments.add_light(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+    add_report(render)
 
 
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
-    """Choose what was left open."""
+    """Choose the defaults that depend on other options."""
     from bobrossnet.picture.files import is_opaque
 
     is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
@@ -98,7 +104,7 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Make the picture, and print what was done in what time."""
+    """Render the picture, and print the sizes and times."""
     import bobrossnet as bob
     from bobrossnet.completion.complete import GUIDED
     from bobrossnet.completion.exr import channels_of
@@ -107,6 +113,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.picture.files import (
         FORMATS,
         color_to_8_bit,
+        png,
         side_by_side,
         traced_on_green,
         write_picture,
@@ -118,7 +125,9 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.support.progress import progress
 
     limit_memory()
-    out = check_writable(options.out, "a picture", (*FORMATS, ENDING))
+    told = Report(options)
+    to_stdout = options.out == STANDARD_OUTPUT
+    out = Path(".png") if to_stdout else check_writable(options.out, "a picture", (*FORMATS, ENDING))
     is_exr = out.suffix.lower() == ENDING
     _settle(options, is_exr)
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
@@ -133,7 +142,7 @@ def run(options: argparse.Namespace) -> None:
     model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
-    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
+    scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
         camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
     ready_ms = 1000 * (time.perf_counter() - start)
@@ -144,37 +153,37 @@ def run(options: argparse.Namespace) -> None:
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
-        with progress(what) as report:
-            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=report, **view)
+        with progress(what) as show:
+            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=show, **view)
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     if options.error is None:
         part, trace_ms = timed_trace("tracing", options.fraction)
     else:
         start = time.perf_counter()
-        with progress("tracing") as report:
+        with progress("tracing") as show:
             for frame in bob.progressive(scene, camera, fraction=STEP, until=options.error, model=model, **view):
-                report(frame.fraction)
+                show(frame.fraction)
         part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
     exact = part.fraction == 1
     model = model if part.guides is None else GUIDED
     if height * width <= LARGE and not exact:
-        bob.complete(part, model=model)  # the first run fetches memory
+        bob.complete(part, model=model)  # the first run allocates memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)
     complete_ms = 1000 * (time.perf_counter() - start)
 
     rays = int(part.mask.sum())
-    print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
+    told.line(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
     what = f"{rays:,} rays" if part.guides is None else f"{rays:,} pixels' light and all first hits"
-    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
+    told.line(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
     if not exact:
-        print(f"completed  in {complete_ms:.1f} ms{expected}")
+        told.line(f"completed  in {complete_ms:.1f} ms{expected}")
     if options.panels:
         full, full_ms = (part, trace_ms) if exact else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
-        print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
+        told.line(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
         completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
@@ -188,11 +197,28 @@ def run(options: argparse.Namespace) -> None:
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
         picture = picture if background is None else picture[..., :3]  # opaque
         if exact and options.samples > 1 and part.guides is None:
-            print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
+            told.line(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
     if scene.unresolved_rays:
-        print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
+        told.line(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:
         write_exr(out, channels_of(part, image, model))
+    elif to_stdout:
+        sys.stdout.buffer.write(png(picture))
     else:
         write_picture(out, picture)
-    print(f"wrote      {out}")
+    told.line(f"wrote      {'standard output' if to_stdout else out}")
+    told.fields |= {
+        "picture": options.out,
+        "size": [width, height],
+        "scene": plural(scene.counts()),
+        "fraction": part.fraction,
+        "rays": rays,
+        "unresolved_rays": scene.unresolved_rays,
+        "expected_error": None if options.error is None else frame.error,
+        "camera": {
+            name: getattr(camera, name)
+            for name in ("azimuth", "elevation", "roll", "zoom", "fov", "pan", "position", "target")
+        },
+        "milliseconds": {"load": ready_ms, "trace": trace_ms, "complete": 0 if exact else complete_ms},
+    }
+    told.end()

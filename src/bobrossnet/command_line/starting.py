@@ -1,7 +1,7 @@
-"""What the package does before it imports anything else.
+"""The first import of the package.
 
-In a sub-interpreter it is refused. Of the command, Ctrl-C while it starts just ends it: imports take half of that, and
-Python would print a traceback out of them.
+It refuses sub-interpreters. In the command, it makes Ctrl-C exit at once during the imports, which take half of the
+start; Python would print a traceback instead.
 """
 
 from __future__ import annotations
@@ -13,28 +13,28 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 INTERRUPTED = 130
-"""The exit status after Ctrl-C."""
+"""Exit status after Ctrl-C."""
 
 
 def _leave(*_: Any) -> NoReturn:
-    os._exit(INTERRUPTED)  # nothing is there yet to be cleaned up
+    os._exit(INTERRUPTED)  # there is nothing to clean up yet
 
 
 def _is_command() -> bool:
-    """Whether this process was started as `bobrossnet` or `python -m bobrossnet`."""
+    """Return whether this process was started as `bobrossnet` or `python -m bobrossnet`."""
     program = os.path.basename(sys.argv[0] if sys.argv else "")
     return program in ("bobrossnet", "bobrossnet.exe") or (program == "-m" and "bobrossnet" in sys.orig_argv)
 
 
 def done() -> None:
-    """Have Ctrl-C raise KeyboardInterrupt again."""
+    """Restore KeyboardInterrupt on Ctrl-C."""
     if signal.getsignal(signal.SIGINT) is _leave:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _check_interpreter() -> None:
-    """Raise ImportError in a sub-interpreter: the core takes the GIL of the main one."""
-    for name in ("_interpreters", "_xxsubinterpreters"):  # from Python 3.13 on, and before
+    """Raise ImportError in a sub-interpreter: the core needs the main interpreter's GIL."""
+    for name in ("_interpreters", "_xxsubinterpreters"):  # from Python 3.13 on, and earlier
         try:
             interpreters = import_module(name)
         except ImportError:

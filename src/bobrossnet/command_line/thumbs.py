@@ -1,4 +1,4 @@
-"""`bobrossnet thumbs`: a picture of every shape file of a folder."""
+"""`bobrossnet thumbs`: renders a picture of every shape file of a folder."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 from typing import Any
 
 from bobrossnet.command_line import arguments
+from bobrossnet.command_line.report import Report, add_report
 
 
 def add(commands: Any) -> None:
@@ -31,10 +32,11 @@ def add(commands: Any) -> None:
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
     arguments.add_scheduler(thumbs)
     thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
+    add_report(thumbs)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Make the pictures; print those files that have none, and how many there are. Returns the exit status."""
+    """Render the pictures, print failed files and the counts, and return the exit status."""
     import bobrossnet as bob
     from bobrossnet.adapters.files import shape_files
     from bobrossnet.picture.files import check_picture_path, write_picture
@@ -44,11 +46,12 @@ def run(options: argparse.Namespace) -> int:
     from bobrossnet.support.progress import progress
 
     limit_memory()
+    told = Report(options)
     sheet = None if options.sheet is None else check_picture_path(options.sheet)
     if not shape_files(options.folder):
         raise InputError(f"{options.folder}: expected shape files in it or below it, got none")
     start = time.perf_counter()
-    with progress("drawing") as report:
+    with progress("drawing") as show:
         made = bob.thumbnails(
             options.folder,
             options.out,
@@ -62,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
             anew=options.anew,
             workers=options.workers,
             scheduler=options.scheduler,
-            progress=report,
+            progress=show,
         )
     seconds = time.perf_counter() - start
     for each in made:
@@ -72,9 +75,25 @@ def run(options: argparse.Namespace) -> int:
     kept = sum(not each.is_new for each in made)
     if sheet is not None:
         write_picture(sheet, contact_sheet(made))
-        print(f"wrote {sheet}")
+        told.line(f"wrote {sheet}")
     failed = len(made) - drawn - kept
-    print(
+    told.line(
         f"wrote {drawn:,} pictures to {options.out} in {seconds:.1f} s; {kept:,} were there, {failed:,} files left out"
     )
+    told.fields |= {
+        "files": [
+            {
+                "file": str(each.file),
+                "picture": None if each.picture is None else str(each.picture),
+                "is_new": each.is_new,
+                "error": each.error,
+            }
+            for each in made
+        ],
+        "drawn": drawn,
+        "kept": kept,
+        "failed": failed,
+        "seconds": seconds,
+    }
+    told.end()
     return 1 if failed else 0

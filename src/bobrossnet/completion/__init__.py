@@ -1,1 +1,1 @@
-"""Completion: networks and fillings that fill in the pixels that were not traced."""
+"""Completion of the untraced pixels, by networks and by classical fillings."""

@@ -1,4 +1,4 @@
-"""Completing any channel of a G-buffer: gray and coverage by a network, colours along them."""
+"""Completion of any channel: gray and coverage by a network, colours guided by them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice
 
 GUIDED = "guided"
-"""The name of what completes along guides, without a network."""
+"""Model name of guided completion, which needs no network."""
 
 DISPLAYED_MIDDLE = 0.2
-"""What the middle of a picture of any range is taken for where colours are compared with what is display-referred."""
+"""Display-referred value of a high-dynamic-range picture's median, where its colours are compared."""
 
 
 def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str = "gray") -> NDArray[np.float32]:
@@ -27,24 +27,25 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     gbuffer : GBuffer, (H, W)
         Of any size, with any pixels traced.
     model : str, path or Network
-        Name of shipped weights ("default", "filling", "paper", "small"), or a .safetensors file. "filling" needs no
-        learning and a third of the default's time, and is as good from 5 % of adaptive pixels on; "small" lies between.
-        Of a G-buffer with guides, "default" completes gray and colour along these instead, as does "guided".
+        Name of shipped weights ("default", "filling", "paper", "small"), or a .safetensors file. "filling" has no
+        learned weights, takes a third of the default's time, and matches its quality from 5 % of adaptive pixels on;
+        "small" lies between. For a G-buffer with guides, "default" completes gray and colour along the guides
+        instead, as "guided" does.
     channel : "gray", "color", "albedo" or "alpha"
-        What to complete. The network completes gray, and coverage for albedo and alpha; colours follow them, by what
-        their ratio is at the traced pixels around.
+        The channel to complete. The network completes gray, and coverage for albedo and alpha. Colours follow them
+        by the ratio at the nearby traced pixels.
 
     Returns
     -------
     (H, W) float32, or (H, W, 3) of colours, in linear RGB
-        In 0..1, unless more was traced: then in its units, and at least 0. Traced pixels are returned unchanged, but
-        for noisy ones along guides; with every pixel traced, this is `gbuffer.gray`, or the other channel.
+        In 0..1, or non-negative in the tracer's units for a high-dynamic-range G-buffer. Traced pixels are returned
+        unchanged, except noisy ones with guides. With every pixel traced, the result is the channel itself.
 
     Raises
     ------
     InputError
-        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used, or
-        there is no such channel.
+        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, if the weights can't be used, or if
+        the channel does not exist.
 
     Examples
     --------
@@ -56,7 +57,7 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     >>> bob.complete(part, channel="color").shape
     (120, 160, 3)
     """
-    check_gbuffer(gbuffer)  # first: whoever passes arrays instead, as in complete(gray, mask), is told how
+    check_gbuffer(gbuffer)  # first, so that complete(gray, mask) gets an error that explains the call
     check_choice("channel", channel, ("gray", "color", "albedo", "alpha"))
     if channel in ("gray", "color") and follows_guides(gbuffer, model):
         return complete_guided(gbuffer, channel)
@@ -83,14 +84,14 @@ def follows_guides(gbuffer: GBuffer, model: NetworkLike) -> bool:
 
 
 def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The completed colour of a G-buffer whose completed gray is known."""
+    """Complete the colour of a G-buffer, given its completed gray."""
     middle = None if gbuffer.transfer is None else gbuffer.transfer.middle
     unit = None if middle is None else middle / DISPLAYED_MIDDLE
     return _completed_along("color", gbuffer, gbuffer.gray, gray, unit)
 
 
 def _completed(gbuffer: GBuffer, network: Network) -> NDArray[np.float32]:
-    """The gray, of which not every pixel was traced."""
+    """Complete the gray of a G-buffer with untraced pixels."""
     shown = displayed(gbuffer)
     image, outputs = network.run(shown), network.core.outputs
     _core.interpolate_lattice(shown.layout.core, shown.planes, outputs, image[None])
@@ -105,9 +106,11 @@ def _completed_along(
     completed: NDArray[np.float32],
     unit: float | None = None,
 ) -> NDArray[np.float32]:
-    """A channel of colours along another one, (H, W), as traced and as completed; of values of any range, `unit` is
-    what counts as 1."""
-    if name not in gbuffer.layout.places:  # of what is white
+    """Complete a channel of colours along another channel, (H, W), given as traced and as completed.
+
+    `unit` is the value that is shown as 1, for values of any range.
+    """
+    if name not in gbuffer.layout.places:  # the scene is white
         return np.repeat(completed[..., None], 3, -1)
     output = np.empty((3, *completed.shape), np.float32)
     channel = _core.Layout(name)
@@ -116,7 +119,7 @@ def _completed_along(
 
 
 def check_gbuffer(gbuffer: object) -> None:
-    """Raise InputTypeError unless it is one."""
+    """Raise InputTypeError unless the argument is a GBuffer."""
     if not isinstance(gbuffer, GBuffer):
         hint = "bobrossnet.GBuffer(mask=, gray=, depth=, normal=) makes one of arrays"
         raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; {hint}")

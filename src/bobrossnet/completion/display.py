@@ -1,4 +1,4 @@
-"""The transfer there and back: a G-buffer as networks know it, and their picture in the G-buffer's own range."""
+"""Conversion to display-referred values for the networks, and back to the G-buffer's own range."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def displayed(gbuffer: GBuffer) -> GBuffer:
 
 
 def restored(image: NDArray[np.float32], gbuffer: GBuffer) -> NDArray[np.float32]:
-    """Return a completed display-referred picture, (H, W), in the range of the G-buffer; traced pixels are its own."""
+    """Map a completed display-referred picture, (H, W), to the G-buffer's range; traced pixels keep their values."""
     transfer = gbuffer.transfer
     if transfer is None:
         return image

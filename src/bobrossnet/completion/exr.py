@@ -1,4 +1,4 @@
-"""OpenEXR files, completed: of other programs, and of what the core's tracer found."""
+"""Completion of OpenEXR files, from other renderers and from the core's tracer."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from bobrossnet.picture.guides import Guides
 
 
 def completed_channels(file: ExrFile, model: NetworkLike = "default") -> Planes:
-    """All channels of a file at all pixels: colours as `complete` has them; others, where they are not known already,
-    as light of their own. Whole numbers and the mask stay; alpha that was the mask becomes 1."""
+    """Complete every channel of a file at every pixel.
+
+    Colours are completed by `complete`; other channels, unless they are known everywhere, as separate radiance.
+    Integer channels and the mask are copied; an alpha channel that served as the mask becomes 1.
+    """
     gbuffer, traced, colors = file.gbuffer(), file.traced(), file.roles["color"]
     color = complete(gbuffer, model, channel="gray" if len(colors) == 1 else "color").reshape(*file.size, -1)
     result: Planes = {}
@@ -34,11 +37,11 @@ def completed_channels(file: ExrFile, model: NetworkLike = "default") -> Planes:
 
 
 def _completed(values: NDArray[np.float32], gbuffer: GBuffer, model: NetworkLike) -> NDArray[np.float32]:
-    """One channel of any values."""
+    """Complete one channel of arbitrary values."""
     known, values = gbuffer.mask > 0, np.nan_to_num(values)
     low = values[known].min(initial=0)
     guides = gbuffer.guides
-    if guides is not None:  # whose albedo is what light is divided by, and nothing else
+    if guides is not None:  # the albedo only demodulates radiance
         guides = Guides(guides.depth, guides.normal, hit=guides.hit)
     light = np.where(known, values - low, 0).astype(np.float32)
     completed: NDArray[np.float32] = complete(GBuffer(mask=gbuffer.mask, gray=light, guides=guides), model) + low
@@ -46,8 +49,11 @@ def _completed(values: NDArray[np.float32], gbuffer: GBuffer, model: NetworkLike
 
 
 def channels_of(gbuffer: GBuffer, image: NDArray[np.float32], model: NetworkLike) -> Planes:
-    """What the core's tracer found as channels of a file: colours in linear light, completed, and what was traced, as
-    CONVENTIONS.md has it. `image` is the completed gray."""
+    """Return the G-buffer of the core's tracer as channels of a file.
+
+    The colours are linear and completed, next to the traced samples (layout: CONVENTIONS.md). `image` is the
+    completed gray.
+    """
     is_colored = "color" in gbuffer.layout.places
     color = complete(gbuffer, model, channel="color") if is_colored else np.repeat(image[..., None], 3, axis=-1)
     planes = {"mask": gbuffer.mask, "depth": gbuffer.depth, "gray": gbuffer.gray}

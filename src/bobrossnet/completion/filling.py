@@ -1,7 +1,7 @@
-"""Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear, Telea.
+"""Fillings without a network, the baselines of every network: nearest, pull-push, Delaunay-linear, Telea.
 
-Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are unchanged.
-`nearest` and `delaunay_linear` need scipy, `telea` OpenCV, which come with the extra `train`.
+Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 with the traced pixels unchanged.
+`nearest` and `delaunay_linear` need scipy and `telea` needs OpenCV; the extra `train` installs both.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:
 def pull_push(gray: Any, mask: Any) -> NDArray[np.float32]:
     """Fill in from a pyramid of averages over the traced pixels, coarse to fine, smoothly.
 
-    Pull: each level halves the picture; a pixel is the mean of those of its 2x2 children that have a value.
+    Pull: each level halves the picture; a pixel is the mean of its known 2x2 children.
     Push: a pixel without a value takes it from the coarser level, interpolated bilinearly.
 
     Parameters
@@ -70,7 +70,7 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Parameters
     ----------
-    gray : (H, W) numbers, or (H, W, C), each component by itself
+    gray : (H, W) numbers, or (H, W, C) with each component interpolated separately
     mask : (H, W) numbers, as in `nearest`
 
     Returns
@@ -103,7 +103,7 @@ def telea(gray: Any, mask: Any) -> NDArray[np.float32]:
     Parameters
     ----------
     gray, mask : (H, W) numbers, as in `nearest`
-        Gray in 0..1: what lies outside is clamped on the way to OpenCV.
+        Gray in 0..1; other values are clamped before the call of OpenCV.
 
     Returns
     -------
@@ -111,15 +111,15 @@ def telea(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     References
     ----------
-    Telea, *An image inpainting technique based on the fast marching method*, 2004, as OpenCV has it.
+    Telea, *An image inpainting technique based on the fast marching method*, 2004, in OpenCV's implementation.
     """
     import cv2
 
     gray, known = _inputs(gray, mask)
-    # In 8 bits: OpenCV adds gradients as if gray went to 255, and takes them to be of one step, so that in floats of
-    # 0..1 nothing sensible comes out. A neighbourhood of one pixel is the best of 1, 2, 3, 4 and 6 at every stage:
-    # mean SSIM 0.90, 0.95, 0.97 with 1, 0.89, 0.89, 0.95 with 2, 0.88, 0.87, 0.94 with 3, from 5, 25 and 50 % of the
-    # pixels of 64 patches of 128x128 of procedural shapes.
+    # In 8 bits: OpenCV adds gradients as if gray went to 255 and assumes unit steps, so floats in 0..1 give nonsense.
+    # A radius of one pixel is the best of 1, 2, 3, 4 and 6 at every stage: mean SSIM 0.90, 0.95, 0.97 with 1;
+    # 0.89, 0.89, 0.95 with 2; 0.88, 0.87, 0.94 with 3; from 5, 25 and 50 % of the pixels of 64 patches of 128x128 of
+    # procedural shapes.
     known_8_bit = np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)
     filled = cv2.inpaint(known_8_bit, (~known).astype(np.uint8), 1, cv2.INPAINT_TELEA)
     return np.where(known, gray, filled / np.float32(255))
@@ -134,7 +134,7 @@ FILLINGS: dict[str, Callable[[Any, Any], NDArray[np.float32]]] = {
 
 
 def _pull(value: NDArray[np.float32], weight: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Halve a level: means weighted by what the children know; a pixel with at least one known child has a value."""
+    """Halve a level by means weighted by coverage; a pixel with at least one known child has a value."""
     height, width = value.shape
     edge = ((0, height % 2), (0, width % 2))  # an odd row or column gets unknown neighbours
     weight = np.pad(weight, edge)

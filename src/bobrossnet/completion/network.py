@@ -1,4 +1,4 @@
-"""Networks of the core with their weights, loaded once."""
+"""The core's networks with their weights, loaded once."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class Network:
 
     core: _core.Network
     weights: tuple[Mapping[str, str], Mapping[str, NDArray[np.float32]]] = field(repr=False, compare=False)
-    """Of which it was made, as `read_weights` returns them."""
+    """The metadata and tensors that `read_weights` returned."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return make_network, self.weights  # what is in the core can't be copied
+        return make_network, self.weights  # the core's objects can't be copied
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
-        """The network's own output at every pixel, known ones too: (H, W) float32, of any value; display-referred."""
+        """Return the network's raw output at every pixel: (H, W) float32, display-referred, not clamped."""
         return self.run(displayed(gbuffer))
 
     def run(self, gbuffer: GBuffer) -> NDArray[np.float32]:
-        """The same of a G-buffer that is display-referred."""
+        """Run `predict` on a G-buffer that is already display-referred."""
         image = np.empty(gbuffer.size, np.float32)
         try:
             self.core(gbuffer.layout.core, gbuffer.planes, image[None])
@@ -48,12 +48,12 @@ NetworkLike: TypeAlias = str | os.PathLike[str] | Network
 
 
 def load_network(model: NetworkLike) -> Network:
-    """Return the network that `model` names; it stays loaded.
+    """Return the network that `model` names, loaded once and cached.
 
     Raises
     ------
     InputError
-        If there is no such file, or what it holds can't be used.
+        If the file does not exist or its contents can't be used.
     """
     if isinstance(model, Network):
         return model
@@ -62,14 +62,14 @@ def load_network(model: NetworkLike) -> Network:
         modified = path.stat().st_mtime_ns
     except OSError as error:
         raise InputError(f"model: can't read {path}: {error.strerror}") from error
-    except ValueError as error:  # a NUL in its name
+    except ValueError as error:  # a NUL in the name
         raise InputError(f"model: can't read {str(path)!a:.100}: {error}") from error
     return _load(path, modified)
 
 
 @lru_cache(maxsize=8)
 def _load(path: Path, modified: int) -> Network:
-    """`modified` is part of the key, so that a rewritten file is loaded again."""
+    """Load a weight file; `modified` belongs to the cache key, so a rewritten file is loaded again."""
     metadata, tensors = read_weights(path)
     try:
         return make_network(metadata, tensors)
@@ -78,6 +78,6 @@ def _load(path: Path, modified: int) -> Network:
 
 
 def make_network(metadata: Mapping[str, str], tensors: Mapping[str, NDArray[np.float32]]) -> Network:
-    """The network of what `read_weights` returns. ValueError if that does not fit."""
+    """Make a network from the result of `read_weights`. Raises ValueError if the tensors do not fit."""
     inputs, outputs = _core.Layout(metadata["inputs"]), _core.Layout(metadata["outputs"])
     return Network(_core.Network(metadata["network"], dict(tensors), inputs, outputs), (metadata, tensors))

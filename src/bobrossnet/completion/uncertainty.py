@@ -1,4 +1,4 @@
-"""How wrong a completed picture is expected to be."""
+"""Predicted error of a completed picture."""
 
 from __future__ import annotations
 
@@ -16,27 +16,26 @@ from bobrossnet.picture.gbuffer import GBuffer
 
 
 def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[np.float32]:
-    """Predict by how much each pixel of the completed picture is wrong.
+    """Predict the absolute error of each completed pixel.
 
-    A small network of its own predicts it from the nearest traced pixels around each pixel: how far they are, how much
-    they differ, and how wrong the completing network is at them, where the truth is known. Its mean is an upper bound
-    in about nine of ten pictures, and seldom above twice the truth; of single pixels it says how likely an error is,
-    since nobody knows on which side of a gap an edge runs.
+    A separate small network predicts it from the nearest traced pixels: their distance, their contrast, and the
+    completing network's error at them, where the truth is known. The mean over a picture is an upper bound in about
+    nine of ten pictures, and seldom exceeds twice the true error. A single pixel's value is a likelihood, since the
+    position of an edge within a gap is unknown.
 
     Parameters
     ----------
     gbuffer : GBuffer, (H, W)
         Of any size, with any pixels traced, in any order.
     model : str, path or Network
-        Of which network the completed picture is, as in `complete`.
+        The network that completes the picture, as in `complete`.
 
     Returns
     -------
     (H, W) float32 in 0..1
-        The expected absolute error of `complete(gbuffer, model=model)`, in gray; 0 where pixels were traced, or what
-        noise leaves there by its variance. Of
-        pictures of any range, that of gray as `GBuffer.transfer` encodes it; of those with guides, as if these were
-        not known.
+        The expected absolute error of `complete(gbuffer, model=model)` in gray: 0 at traced pixels, or their expected
+        noise, from its variance. For high-dynamic-range pictures, gray is encoded by `GBuffer.transfer`. Guides are
+        ignored.
 
     Raises
     ------
@@ -57,7 +56,7 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     error = np.empty(gbuffer.size, np.float32)
     _predictor()(shown.layout.core, shown.planes, predicted[None], error[None])
     if "variance" in gbuffer.layout.places:
-        noise = np.sqrt(np.float32(2 / np.pi) * gbuffer.channel("variance"))  # the mean of what is distributed normally
+        noise = np.sqrt(np.float32(2 / np.pi) * gbuffer.channel("variance"))  # mean of |x|, x normal
         if (transfer := gbuffer.transfer) is not None:
             noise *= transfer.slope(gbuffer.gray)
         np.copyto(error, noise, where=gbuffer.mask > 0)
@@ -65,7 +64,7 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
 
 
 def mean_error(gbuffer: GBuffer, model: NetworkLike) -> float:
-    """The mean of `uncertainty`: the expected mean absolute error of the completed picture."""
+    """Return the expected mean absolute error of the completed picture, the mean of `uncertainty`."""
     return float(uncertainty(gbuffer, model=model).mean(dtype=np.float64))
 
 

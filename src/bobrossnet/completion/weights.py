@@ -16,14 +16,16 @@ WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""
 
 UNCERTAINTY = WEIGHTS / "uncertainty.safetensors"
-"""What predicts errors of completed pictures; it completes none."""
+"""Weights of the network that predicts errors; it completes no pictures."""
 
 FORMAT = "bobrossnet-1"
-"""Stands in each file's metadata under "format", beside "network", the network's name, and "inputs" and "outputs", the
-names of its channels with commas between them."""
+"""Value of "format" in each file's metadata.
+
+Next to it are "network", the network's name, and "inputs" and "outputs", comma-separated channel names.
+"""
 
 DEFAULTS = {"inputs": "mask,gray,depth,normal", "outputs": "gray"}
-"""What files mean that don't say."""
+"""Channels of a file without "inputs" or "outputs"."""
 
 
 def weights_path(model: str | os.PathLike[str]) -> Path:
@@ -48,7 +50,7 @@ def shipped_names() -> list[str]:
 
 
 def find_weights(model: str | os.PathLike[str]) -> Path | None:
-    """Return the file of shipped weights of that name, `model` itself if it is a .safetensors path, else None."""
+    """Return the file of shipped weights of this name, or `model` itself if it is a .safetensors path, or None."""
     path = path_of(model, "model")
     shipped = {file.stem: file for file in WEIGHTS.glob("*.safetensors")}
     return shipped.get(str(path), path if path.suffix == ".safetensors" else None)
@@ -60,13 +62,13 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
     Returns
     -------
     metadata : dict of str to str
-        "format", "network", "inputs", "outputs" and whatever else was written.
+        "format", "network", "inputs", "outputs" and any other entries.
     tensors : dict of str to float32 arrays
 
     Raises
     ------
     InputError
-        If the file can't be read, is not a safetensors file of this package, or holds anything but finite float32.
+        If the file can't be read, is not a safetensors file of this package, or holds other values than finite float32.
     """
     from safetensors import SafetensorError, safe_open
 

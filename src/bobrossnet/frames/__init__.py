@@ -1,1 +1,1 @@
-"""Frames under a budget: which pixels are traced, when, and what shows them."""
+"""Frames under a time budget: the choice of pixels, the calls of tracers, and the completed pictures."""

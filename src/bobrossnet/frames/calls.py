@@ -1,4 +1,4 @@
-"""Calls of other people's tracers, which return samples, or futures of them that others fill."""
+"""Calls of a user's tracer, which returns samples or futures of samples."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MOST_IN_FLIGHT = 2**16
 
 
 class SamplesFuture(Protocol):
-    """Samples to come: what the futures of `concurrent.futures` and of Dask have in common."""
+    """A future of samples: the common interface of the futures of `concurrent.futures` and Dask."""
 
     def add_done_callback(self, callback: Callable[[Any], object], /) -> object: ...
 
     def result(self) -> Samples:
-        """The samples, or raise what the call raised."""
+        """Return the samples, or raise the call's exception."""
 
     def cancel(self) -> object: ...
 
@@ -34,7 +34,7 @@ class SamplesFuture(Protocol):
 
 
 AsyncTracer: TypeAlias = Callable[[NDArray[np.int32]], Samples | SamplesFuture]
-"""As `Tracer`, while its calls may go on in other threads, processes or on other machines."""
+"""Like `Tracer`, but its calls may run in other threads, in processes or on other machines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,23 +44,23 @@ class Call:
     pixels: NDArray[np.int32]
     """(n, 2)"""
     asked: int
-    """How many pixels it has with those that fill a batch."""
+    """Number of pixels including the padding to a whole batch."""
     is_first: bool
-    """Whether its pixels were not asked for before."""
+    """Whether its pixels are traced for the first time."""
     began: float
-    """When their choice began, of `time.perf_counter`."""
+    """Time when the choice of its pixels began, by `time.perf_counter`."""
     returned: Any
     future: SamplesFuture | None
-    """What it returned, if that is a future."""
+    """The returned future, or None if it returned samples."""
 
 
 class Calls:
-    """The calls of a tracer that are under way.
+    """The calls of a tracer in flight.
 
     Parameters
     ----------
     tracer : Tracer or AsyncTracer
-        Its attributes `batch` and `in_flight` say how it is to be called.
+        May have the attributes `batch` and `in_flight`.
     """
 
     def __init__(self, tracer: Tracer | AsyncTracer) -> None:
@@ -70,23 +70,23 @@ class Calls:
         told = getattr(tracer, "in_flight", None)
         self._is_told = told is not None
         self.in_flight = 1 if told is None else check_integer("tracer.in_flight", told, 1, MOST_IN_FLIGHT)
-        """How many may be under way at once. If the tracer does not say: one until it has returned a future."""
+        """Maximum number of calls in flight. Unless the tracer states it, one until it first returns a future."""
         self.under_way: list[Call] = []
-        """Those that were not taken yet."""
-        self._dropped: set[Call] = set()  # that run on, though nobody wants what comes of them
-        self._came: SimpleQueue[tuple[Call, float]] = SimpleQueue()  # and when
-        self._given: frozenset[str] | None = None  # what the first samples had
+        """Calls whose samples have not been taken yet."""
+        self._dropped: set[Call] = set()  # still running, with their samples discarded
+        self._came: SimpleQueue[tuple[Call, float]] = SimpleQueue()  # and the time of return
+        self._given: frozenset[str] | None = None  # channels of the first samples
 
     @property
     def has_room(self) -> bool:
         return len(self.under_way) + len(self._dropped) < self.in_flight
 
     def begin(self, pixels: NDArray[np.int32], is_first: bool, began: float) -> bool:
-        """Call the tracer; return whether the call goes on."""
+        """Call the tracer; return whether the call continues in the background."""
         if not (self.under_way or self._dropped):
             self.turnover.resumed(began)
         asked = self.sizes.padded(pixels).view()
-        asked.flags.writeable = False  # where samples are put when they come
+        asked.flags.writeable = False  # it later indexes the arrays that receive the samples
         returned = self.tracer(asked)
         call = Call(pixels, len(asked), is_first, began, returned, _future(returned))
         self.under_way.append(call)
@@ -99,13 +99,14 @@ class Calls:
         return True
 
     def take(self, timeout: float | None = None) -> tuple[Call, Samples, float] | None:
-        """What came first of what was not taken yet, and when; None if nothing comes in so many seconds, or what came
-        was dropped.
+        """Return the next finished call, its samples and its time of return.
+
+        Returns None if no call finishes within `timeout` seconds, or if the finished call was dropped.
 
         Raises
         ------
         InputError
-            If it is not what was asked for; whatever else its call raised.
+            If the samples do not match the request. Exceptions of the call are passed on.
         """
         while True:
             try:
@@ -129,7 +130,7 @@ class Calls:
         return call, samples, at
 
     def _check_given(self, given: frozenset[str]) -> None:
-        """Raise InputError unless samples have what the first ones had."""
+        """Raise InputError unless the samples have the same channels as the first ones."""
         if self._given is None:
             self._given = given
         for name in sorted(self._given ^ given):
@@ -137,8 +138,10 @@ class Calls:
             raise InputError(f"{name}: expected from {every} call of the tracer, as from its first, got {got}")
 
     def turn_to(self, tracer: Tracer | AsyncTracer) -> None:
-        """Call another tracer from now on, of as many pixels and calls. Calls that wait elsewhere are cancelled; those
-        that run keep their room until they end, and what comes of them is dropped."""
+        """Call another tracer from now on, with the same sizes and limits.
+
+        Waiting calls are cancelled. Running calls count towards `in_flight` until they end; their samples are dropped.
+        """
         for call in self.under_way:
             if call.future is not None:
                 call.future.cancel()
@@ -148,21 +151,21 @@ class Calls:
         self.tracer = tracer
 
     def close(self) -> None:
-        """Cancel the calls that wait elsewhere, and wait for those that run: none is left."""
+        """Cancel the waiting calls and wait for the running ones, until no call is in flight."""
         self.turn_to(self.tracer)
         while self._dropped:
             self.take()
 
 
 def _future(returned: Any) -> SamplesFuture | None:
-    """What a tracer returned, if it is a future."""
+    """Return the returned value if it is a future, otherwise None."""
     if isinstance(returned, Samples):
         return None
     is_future = all(hasattr(returned, name) for name in ("add_done_callback", "result", "cancel", "cancelled"))
     if hasattr(returned, "__await__") and (not is_future or hasattr(returned, "get_loop")):
-        # A loop of asyncio's may run in this very thread, and would never come to it.
+        # An asyncio loop may run in this very thread, where waiting would block it forever.
         if hasattr(returned, "close"):
-            returned.close()  # a coroutine that is never begun warns
+            returned.close()  # a coroutine that never starts would warn
         raise InputTypeError(
             "tracer: expected it to return bobrossnet.Samples, or a future that others fill, got "
             f"{type(returned).__name__}; asyncio.run_coroutine_threadsafe returns such a future"

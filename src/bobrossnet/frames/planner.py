@@ -1,4 +1,4 @@
-"""How frames are made: the core decides by what everything took, and by the networks that there are."""
+"""Planning of frames: the core decides from measured times and the available networks."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from bobrossnet.picture.order import ADAPTIVE, ORDERS_BY_SIGHT, SQUARES, Size
 AUTO = "auto"
 
 ORDER_OF = {"whole": "lattice", "squares": SQUARES, "adaptive": ADAPTIVE}
-"""The order of a picture's pixels, by the planner's modes."""
+"""Pixel order of each mode of the planner."""
 
 
 class Planner:
-    """The core's planner, and what completes pictures.
+    """The core's frame planner with its networks.
 
     Parameters
     ----------
     size : (height, width)
     model : str, path or Network
-        As in `complete`; or "auto": for each picture the one that leaves the least error in its time.
+        As in `complete`; or "auto": for each frame the network with the least error in its time.
     order : str
-        Of the pixels: only where they are placed by need, "auto" has several.
+        The pixel order; "auto" has a choice of networks only with adaptive orders.
 
     Raises
     ------
     InputError
-        As of `load_network`.
+        As in `load_network`.
     """
 
     def __init__(self, size: Size, model: NetworkLike, order: str = ADAPTIVE) -> None:

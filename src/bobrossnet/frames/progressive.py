@@ -1,4 +1,4 @@
-"""A picture that is complete from the first frame on and exact in the last."""
+"""Progressive pictures: complete from the first frame on, exact in the last."""
 
 from __future__ import annotations
 
@@ -39,57 +39,59 @@ def progressive(
 ) -> Iterator[Frame]:
     """Trace step by step, with a complete picture after each step, until every pixel is exact.
 
-    Pass a scene, or your own tracer. Arguments are checked, and one-off work (the scene's BVH, the network) is done,
+    Pass a scene, or your own tracer. The arguments are checked and one-off work (the scene's BVH, the network) is done
     before this returns.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these, optional
     camera : Camera, optional
-        How the scene is seen.
+        The view of the scene.
     tracer : callable, optional
-        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the same
-        length. It may have attributes: `size`, of its picture; `batch`, how many pixels each call is to have, the last
-        of which repeats where fewer are left; and a method `guides()`, which returns `Guides` of all pixels, or a dict
-        of its arguments: it is called once, and the picture is completed along them (those of the core's `SceneTracer`
-        cost as much as all pixels, and are for the model "guided" alone). It may return a future of its samples
-        instead, as `concurrent.futures` and Dask have them; then its attribute `in_flight` says how many calls may be
-        under way at once, by default as many as this machine has cores. Where the iterator is closed before its end,
-        calls that wait are cancelled, and those that run are waited for.
+        Used instead of a scene and camera. Maps pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the
+        same length, or to a future of them, as in `concurrent.futures` and Dask. Optional attributes: `size`, the
+        picture's size; `batch`, the fixed number of pixels of each call (the last pixel is repeated where fewer
+        remain); `in_flight`, the maximum number of concurrent calls if it returns futures, by default the number of
+        cores; and a method `guides()`, called once, which returns `Guides` of all pixels or a dict of the arguments
+        of `Guides`: the picture is then completed along them. The guides of the core's `SceneTracer` cost a full
+        trace and serve the model "guided" alone. Closing the iterator early cancels waiting calls and
+        waits for running ones.
     size : (height, width) or "WIDTHxHEIGHT", optional
-        By default the tracer's own, or (480, 640).
+        By default the tracer's size, or (480, 640).
     frame_ms : float above 0, optional
-        Time for each frame in milliseconds; the number of pixels adapts as it runs. 33 if neither this nor `fraction`
-        is given. Each frame has to complete its picture, traces for at least a quarter of the time that takes, and
-        traces at least as many pixels as are worth a call of the tracer; a budget below that is overrun.
+        Time for each frame in milliseconds; the number of pixels adapts. 33 if both this and `fraction` are omitted.
+        Each frame completes its picture, traces for at least a quarter of the completion's time, and traces enough
+        pixels to repay the fixed cost of a call. A smaller budget is overrun.
     fraction : float in (0, 1], optional
-        Share of the image that each frame adds, instead of `frame_ms`; or more, by what came of several calls.
+        Share of the image that each frame adds, instead of `frame_ms`. Concurrent calls that return together may
+        add more.
     first : float in (0, 1], optional
-        Share of the image that the first frame traces, whatever time it takes: before that there is little to see.
-        With 1 it has all pixels, which `adapters.oidn.denoise` takes the noise out of.
+        Share of the image that the first frame traces, whatever time it takes; with too few pixels there is little to
+        see. With 1, the first frame has all pixels, ready for `adapters.oidn.denoise`.
     until : float, at least 0
-        End with the first frame whose `error` is at most this. If a tracer's samples have a variance, pixels are traced
-        again after the last one, those of the largest variance first, until it is.
+        Stop at the first frame with an `error` of at most this value. If the samples have a variance, pixels are traced
+        again after all have been traced, in decreasing order of variance, until then.
     order, seed
-        In which order the pixels are traced, as in `trace`; where `frame_ms` has time for many rays, "default" is
-        "adaptive" in its first round alone, and then divides squares whose pixels differ, row by row, which is faster.
+        Order in which pixels are traced, as in `trace`. Where `frame_ms` has time for many rays, "default" is
+        "adaptive" in its first round only, and then subdivides squares with different pixels row by row, which is
+        faster.
     model : str or path
-        As in `complete`; or "auto", for each frame the default or the filling, whichever leaves less error in its time.
-        Light is completed along first hits instead.
+        As in `complete`; or "auto", for each frame the default or the filling, whichever has less error in its time.
+        Under another light than the headlight, pictures are completed along first hits instead.
     light, ground
-        As in `render`. A pixel that is traced has 16 paths of light; with `until`, pixels are traced again.
+        As in `render`. Each traced pixel takes 16 light paths; with `until`, pixels are traced again.
 
     Yields
     ------
     Frame
-        The last one has every pixel traced, and its image is exactly what was traced, unless `until` ends it before, or
-        samples have a variance.
+        In the last frame every pixel is traced and the image is exactly the samples, unless `until` ends it early or
+        the samples have a variance.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or the tracer does not return what it was asked for. What the tracer raises
-        comes through, here or in a future.
+        If an argument is out of range, or the tracer returns samples that do not match the request. Exceptions of the
+        tracer or of its futures are passed on.
     """
     if (scene is None) == (tracer is None):
         raise InputError(
@@ -120,7 +122,7 @@ def progressive(
     count = None if fraction is None else pixel_count(fraction, size)
     at_first = count if first is None else pixel_count(first, size, "first")
     sequence = PixelSequence(size, order, seed, guides)
-    if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
+    if at_first == size[0] * size[1]:  # no choice of pixels, and no second round
         sequence = PixelSequence(size, "lattice", seed)
     turns = order == "default" and guides is None and count is None
     picture = PartialPicture(Calls(tracer), size, layout, sequence, planner, "adaptive", turns=turns, guides=guides)
@@ -133,7 +135,7 @@ def progressive(
 
 
 def _size_of(tracer: Tracer | AsyncTracer | None, size: SizeLike | None) -> Size:
-    """The picture's size as it was asked for, or as the tracer has it."""
+    """Return the requested picture size, or the tracer's."""
     own = None if tracer is None else getattr(tracer, "size", None)
     if own is None:
         return check_size((480, 640) if size is None else size)
@@ -146,7 +148,7 @@ def _size_of(tracer: Tracer | AsyncTracer | None, size: SizeLike | None) -> Size
 def _frames(
     picture: PartialPicture, first: int | None, count: int | None, budget: float, until: float
 ) -> Iterator[Frame]:
-    """Frames of so many pixels each, or of so many seconds."""
+    """Yield frames, each with `count` more pixels or a budget in seconds."""
     try:
         yield picture.frame(time.perf_counter(), first, budget, until)
         while not picture.finished:

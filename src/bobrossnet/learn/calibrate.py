@@ -1,11 +1,11 @@
-"""Learning how wrong completed pictures are: the weights of core/completion/error_predictor.h.
+"""Training of the error predictor, the weights of core/completion/error_predictor.h.
 
-The pictures are one network's; the predictions do for others that complete as well or worse, since they see how wrong a
-network is at the traced pixels.
+The pictures are completed by one network. The predictions also hold for networks of equal or lower quality, since the
+features include a network's errors at the traced pixels.
 
-Its output is the logarithm of the expected error, so it is fitted by the likelihood of a Poisson variable of that mean,
-which asks for the right mean and for nothing else. The error's square would be learned from the few worst pixels, its
-logarithm from the many that are almost right.
+The output is the logarithm of the expected error. It is fitted by the likelihood of a Poisson variable of that mean,
+which depends on the mean alone. A squared loss would be dominated by the few worst pixels, a loss on the logarithm by
+the many nearly correct ones.
 """
 
 from __future__ import annotations
@@ -38,63 +38,63 @@ HIDDEN = 32
 ORDERS = ("uniform", "lattice", ADAPTIVE)
 FRACTIONS = (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5)
 SIZE = (256, 256)
-EVERY = 16  # of so many pixels one is learned from
+EVERY = 16  # learn from one pixel in this number
 STEPS, BATCH, RATE = 6000, 8192, 5e-3
 LOWEST, HIGHEST = -14.0, 0.0  # as in the core
-NEGLIGIBLE = 5e-5  # mean errors of pictures below it weigh no more
-CHECKED = 5  # one shape in so many is not learned from; they say how far to stay on the safe side
-SURE = 0.95  # of their pictures are to be no more wrong than is predicted: some stop early by luck
+NEGLIGIBLE = 5e-5  # pictures with smaller mean errors weigh no more
+CHECKED = 5  # hold out one shape in this number, to set the safety margin
+SURE = 0.95  # share of held-out pictures with at most the predicted error; early stops by luck are the rest
 
 
 class Layers(nn.Module):
-    """The predictor, under the names of its tensors."""
+    """The predictor; the layers have the names of its tensors."""
 
     def __init__(self) -> None:
         super().__init__()
         self.hidden = nn.Linear(FEATURES, HIDDEN)
         self.output = nn.Linear(HIDDEN, 1)
-        nn.init.constant_(self.output.bias, -4.0)  # 0.02
+        nn.init.constant_(self.output.bias, -4.0)  # an initial error of 0.02
 
     def forward(self, features: Tensor) -> Tensor:
-        """From (P, FEATURES) to the logarithms of the errors, (P,)."""
+        """Map features, (P, FEATURES), to the logarithms of the errors, (P,)."""
         logarithms: Tensor = self.output(self.hidden(features).relu())[:, 0]
         return logarithms.clamp(LOWEST, HIGHEST)
 
 
 class Picture(NamedTuple):
-    """What a completed picture tells: of P of its pixels, and of the whole."""
+    """The training data of a completed picture: P of its pixels, and its mean error."""
 
     features: F32  # (P, FEATURES)
-    errors: F32  # (P,), the absolute ones
-    mean: float  # of the errors of all pixels
-    untraced: float  # share of the pixels
+    errors: F32  # (P,), absolute
+    mean: float  # mean error of all pixels
+    untraced: float  # share of untraced pixels
 
 
 def calibrate(
     out: str | os.PathLike[str], *, model: str = "default", shapes: int = 250, steps: int = STEPS, seed: int = 0
 ) -> list[float]:
-    """Learn how wrong completed pictures are, of shapes that the package makes itself, and write the weights.
+    """Train the error predictor on procedural shapes, and write its weights.
 
     Parameters
     ----------
     out : path ending in .safetensors
     model : name of shipped weights, or a .safetensors file
-        Which completes the pictures.
+        The network that completes the pictures.
     shapes : int, at least 2
-        A fifth of them is set aside. Predictions are raised so far that `SURE` of those are no more wrong than
-        predicted.
+        A fifth of them is held out. Predictions are scaled so that a share of `SURE` of the held-out pictures has at
+        most the predicted error.
     steps : of training
-    seed : of which pixels are looked at, and of the first weights
+    seed : of the choice of pixels, and of the initial weights
 
     Returns
     -------
     list of float
-        The true mean error as a share of the predicted one, for each picture set aside.
+        The true mean error as a share of the predicted one, for each held-out picture.
 
     Raises
     ------
     InputError
-        If an argument can't be used or the file not be written.
+        If an argument is invalid, or the file can't be written.
     """
     check_writable(out)
     check_integer("shapes", shapes, 2, 10**6)
@@ -116,7 +116,7 @@ def calibrate(
 
 
 def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[tuple[int, Picture]]:
-    """Completed pictures, with the numbers of their scenes."""
+    """Yield completed pictures with the indices of their scenes."""
     network = load_network(model)
     for number, _, scene in each_scene(scenes, stacklevel=3):
         full = bob.trace(scene, bob.Camera(azimuth=37 * number % 360, elevation=(20, 45)[number % 2]), size=SIZE)
@@ -141,7 +141,7 @@ def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[
 
 
 def _fit(pictures: Sequence[Picture], steps: int) -> Layers:
-    """Train the two layers; each picture counts alike, however wrong it is."""
+    """Train the two layers; each picture has the same weight, whatever its error."""
     features = torch.from_numpy(np.concatenate([picture.features for picture in pictures]))
     errors = torch.from_numpy(np.concatenate([picture.errors for picture in pictures]))
     weights = torch.cat([torch.full((len(p.errors),), 1 / max(p.mean, NEGLIGIBLE)) for p in pictures])
@@ -160,13 +160,13 @@ def _fit(pictures: Sequence[Picture], steps: int) -> Layers:
             optimizer.step()
             schedule.step()
             report((step + 1) / steps)
-    with torch.no_grad():  # so that the features need not be normalised any more
+    with torch.no_grad():  # folds the normalisation of the features into the weights
         layers.hidden.weight.div_(spread)
         layers.hidden.bias.sub_(layers.hidden.weight @ middle)
     return layers
 
 
 def _mean(layers: Layers, picture: Picture) -> float:
-    """The predicted mean error of a whole picture."""
+    """Return the predicted mean error of a whole picture."""
     with torch.no_grad():
         return float(layers(torch.from_numpy(picture.features)).exp().mean()) * picture.untraced

@@ -1,10 +1,10 @@
-"""Safetensors files that a training writes: weights, to be used, and checkpoints, to go on from.
+"""Safetensors files of a training run: weights for use, and checkpoints for resuming.
 
-A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
-`network` (a name in `NETWORKS`), `inputs` and `outputs` (its channels' names), the network's own settings (`groups`),
-and `training`, the configuration as JSON. The core's reader, completion/weights.py, mirrors it and needs no torch. A
-checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as
-JSON, `training`, the configuration, `dataset`, what identifies the data set, and `progress`.
+A weight file holds a network's tensors under its layers' names. The strings in its header: `format` (the file's
+version), `network` (a name in `NETWORKS`), `inputs` and `outputs` (names of its channels), the network's settings
+(`groups`), and `training`, the configuration as JSON. The core's reader, completion/weights.py, mirrors it and needs no
+torch. A checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its
+header, as JSON, the configuration `training`, the data set's identity `dataset`, and `progress`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from bobrossnet.support.tensors import tensor_file
 
 
 def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, str] | None = None) -> None:
-    """Write a network's weights, whole or not at all.
+    """Write a network's weights; a failed write leaves no file.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, 
     network : one of `NETWORKS`
         Its `settings()` go into the header.
     metadata : strings
-        More to keep in the header, e.g. the training's configuration.
+        Further entries of the header, such as the training configuration.
     """
     names = {type_: name for name, type_ in NETWORKS.items()}
     settings = {key: str(value) for key, value in network.settings().items()}
@@ -76,19 +76,19 @@ def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
 def mix(
     first: str | os.PathLike[str], second: str | os.PathLike[str], share: float, path: str | os.PathLike[str]
 ) -> None:
-    """Write the mean of two networks' weights, of which the second was trained on from the first.
+    """Write the mean of two networks' weights; the second must have been trained on from the first.
 
-    Such a mean keeps what the first knew and has most of what the second learned, since both lie in one valley of the
-    loss; means of networks that were trained apart are worth nothing.
+    The mean keeps the abilities of the first and gains most of those of the second, since both lie in one valley of the
+    loss. Means of independently trained networks are useless.
 
     Parameters
     ----------
     first, second : names of shipped weights, or .safetensors files
-        Of the same network and settings.
+        Networks with the same settings.
     share : float in 0..1
-        Of the second.
+        Weight of the second.
     path : path ending in .safetensors
-        Replaced if it exists. Its header is the second's, and says how much is of it, and the first's hash.
+        Replaced if it exists. Its header is the second's, plus the share and the first's hash.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def save_checkpoint(
     optimizer: torch.optim.Optimizer,
     header: Mapping[str, Any],
 ) -> None:
-    """Write weights, the optimizer's state and a header of what JSON can hold, whole or not at all."""
+    """Write weights, the optimizer's state and a header of JSON values; a failed write leaves no file."""
     tensors = {
         f"{kind}.{name}": tensor for kind, network in networks.items() for name, tensor in network.state_dict().items()
     }
@@ -128,12 +128,12 @@ def save_checkpoint(
 def load_checkpoint(
     path: str | os.PathLike[str], networks: Mapping[str, nn.Module], optimizer: torch.optim.Optimizer
 ) -> None:
-    """Set networks and optimizer to the state that `save_checkpoint` wrote.
+    """Restore networks and optimizer to the state from `save_checkpoint`.
 
     Raises
     ------
     InputError
-        If the file does not belong to them.
+        If the file belongs to other networks or another optimizer.
     """
     parts: dict[str, dict[str, Tensor]] = {}
     for name, tensor in read_tensors(path)[0].items():
@@ -152,12 +152,12 @@ def load_checkpoint(
 
 
 def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return a checkpoint's progress, if it is one of the training that is expected.
+    """Return a checkpoint's progress, if it belongs to the expected training run.
 
     Parameters
     ----------
-    path : of the checkpoint
-    expected : by the header's key, what must stand there, field by field; those in `FREE` may differ
+    path : path of the checkpoint
+    expected : expected fields for each key of the header; those in `FREE` may differ
 
     Raises
     ------
@@ -170,7 +170,7 @@ def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[s
         header = {}
     if not {"progress", *expected} <= header.keys():
         raise InputError(f"{path}: expected a checkpoint, got a file without its progress; move the file away")
-    # A field that a checkpoint lacks is younger than it, and its default means what was before.
+    # A field missing from a checkpoint is newer than it; its default has the former meaning.
     younger = {"training": asdict(TrainConfig())}
     different = [
         f"{name} {theirs.get(name)!r} instead of {ours.get(name)!r}"
@@ -186,12 +186,12 @@ def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[s
 
 
 def make_place(path: str | os.PathLike[str]) -> Path:
-    """Make the folder that a file is to lie in; return the file's path if it can be written there.
+    """Make a file's parent folder, and return the file's path if it can be written there.
 
     Raises
     ------
     InputError
-        If it can't.
+        If the folder can't be made, or the file can't be written.
     """
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
@@ -201,7 +201,7 @@ def make_place(path: str | os.PathLike[str]) -> Path:
 
 
 def write_tensors(path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]) -> None:
-    """Write tensors and strings to a safetensors file, whole or not at all."""
+    """Write tensors and strings to a safetensors file; a failed write leaves no file."""
     arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
     write_whole(make_place(path), tensor_file(header, arrays))
 

@@ -1,6 +1,6 @@
 """The commands of the command line for learning: `bobrossnet dataset | train | calibrate | evaluate | figures`.
 
-Nothing slow is imported up here, so that --help is answered at once.
+Slow modules are imported inside functions, so that --help answers at once.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from bobrossnet.command_line import arguments
 
 
 def add_commands(commands: Any) -> None:
-    """Add them to an argparse parser's commands."""
+    """Add the commands to an argparse parser."""
     dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set, or look into it.")
     actions = dataset.add_subparsers(metavar="ACTION", required=True)
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or resume one.")

@@ -1,4 +1,4 @@
-"""What a training depends on: the configuration, what its fields may be, and the optimizers that it can name."""
+"""The training configuration: its fields, their ranges, and the optimizers by name."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ PRECISIONS = ("32-true", "bf16-mixed")
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """Everything a training run depends on except its data set. The defaults are the report's recipe, plus the moving
-    average.
+    """Every input of a training run except its data set.
+
+    The defaults are the report's recipe, plus the moving average.
 
     Raises
     ------
@@ -33,45 +34,46 @@ class TrainConfig:
         If a value has another type than its default, is out of range, or is an unknown name.
     """
 
-    network: str = "paper"  # a name in `NETWORKS` that has anything to learn
-    start: str = ""  # what it begins with: shipped weights' name or a .safetensors file; by default new weights
-    groups: int = 4  # of the grouped layers of paper
-    features: str = FEATURES  # of pyramid: channels between the two convolutions of each level, from the finest on
-    handed_on: str = HANDED_ON  # of pyramid: channels that each level but the finest hands on to the finer one
-    seed: int = 0  # of the first weights and of the shuffle
-    epochs: int = 40  # at most; 0 gives the first weights
-    patience: int = 5  # epochs without a better SSIM in validation, after which the training ends
-    batch: int = 32  # samples of a mini-batch, of all processes together
-    draw: str = "each"  # samples of an epoch: each once, or "by-detail", those that show little more seldom
+    network: str = "paper"  # a name in `NETWORKS` with learned weights
+    start: str = ""  # initial weights: name of shipped weights or a .safetensors file; by default random
+    groups: int = 4  # paper: groups of the grouped layers
+    features: str = FEATURES  # pyramid: channels between the two convolutions of each level, from the finest on
+    handed_on: str = HANDED_ON  # pyramid: channels passed from each level to the next finer one
+    seed: int = 0  # of the initial weights and of the shuffle
+    epochs: int = 40  # maximum number; 0 writes the initial weights
+    patience: int = 5  # epochs without a better validation SSIM before training stops
+    batch: int = 32  # samples of a mini-batch over all processes
+    draw: str = "each"  # samples of an epoch: each once, or "by-detail", which draws plain samples less often
     fractions: str = "stages"  # the report's five, or "log-uniform" from 1 to 100 %, or "sparse": 0.5 to 90, later 30 %
-    order: str = "uniform"  # pixel order of the masks, or several, "lattice+uniform", of which each sample has one
+    order: str = "uniform"  # pixel order of the masks, or several to choose from for each sample: "lattice+uniform"
     loss: str = "ssim+l2"  # a name in `LOSSES`
-    keep_known: bool = False  # loss and SSIM of the picture with the traced pixels put back, not of the raw output
+    keep_known: bool = False  # loss and SSIM of the picture with the traced pixels restored, not of the raw output
     optimizer: str = "adadelta"  # a name in `OPTIMIZERS`
-    learning_rate: float = 1.0  # at its highest; AdaDelta's own is 1, for AdamW 4e-3 did well, for Muon 0.02
-    warmup: int = 200  # AdamW and Muon: steps over which the learning rate rises to the cosine that falls to 0
+    learning_rate: float = 1.0  # peak rate; AdaDelta's default is 1, AdamW did well with 4e-3, Muon with 0.02
+    warmup: int = 200  # AdamW and Muon: steps of the linear rise before the cosine decay to 0
     weight_decay: float = 1e-4  # AdamW only
-    # Decay of the moving average of the weights, which is what is validated and shipped; 0 for the weights themselves.
-    # AdaDelta's go up and down from step to step: after 600 steps the SSIM at the five stages was .8308 .8867 .9180
+    # Decay of the moving average of the weights, which is validated and shipped; 0 uses the weights themselves.
+    # AdaDelta's weights oscillate from step to step: after 600 steps the SSIM at the five stages was .8308 .8867 .9180
     # .9339 .9471, and the average's .8339 .8954 .9237 .9388 .9556.
     average: float = 0.999
-    # "bf16-mixed" has the convolutions in bfloat16, for devices that are faster at it: with AVX-512's own a step took
-    # 0.6 times as long; on a processor with AVX2 alone, which emulates it, more than ten times. It does not reach the
-    # last ten-thousandths of SSIM: the report's recipe gained 0.0002 in epoch 19, and lost 0.0001 after it in bfloat16.
+    # "bf16-mixed" runs the convolutions in bfloat16, for devices with fast bfloat16. With AVX-512's instructions a step
+    # took 0.6 times the time; on a processor with AVX2 alone, which emulates bfloat16, more than ten times. It loses
+    # the last ten-thousandths of SSIM: the report's recipe gained 0.0002 in epoch 19, and lost 0.0001 after it in
+    # bfloat16.
     precision: str = "32-true"
-    accelerator: str = "auto"  # "cpu" or "cuda"; "auto" takes the GPU if there is one
+    accelerator: str = "auto"  # "cpu" or "cuda"; "auto" uses the GPU if there is one
     devices: int = 1  # processes, each with a share of every mini-batch
     threads: int = 2  # of torch, in each process
-    workers: int = 1  # threads that make mini-batches, in each process; 0 makes them when they are needed
-    checkpoint_every: int = 100  # steps; and at the end of each epoch
+    workers: int = 1  # threads that prepare mini-batches, in each process; 0 prepares them on demand
+    checkpoint_every: int = 100  # steps; also saved at the end of each epoch
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
-            object.__setattr__(self, name, _checked(name, value))  # frozen, but numpy's numbers become Python's
+            object.__setattr__(self, name, _checked(name, value))  # frozen; numpy's numbers become Python's
 
 
 FREE = ("accelerator", "devices", "threads", "workers", "checkpoint_every")
-"""Fields that may change when training resumes: they change the result by rounding, if at all."""
+"""Fields that may change when training resumes: they affect the result by rounding at most."""
 
 
 def cosine(config: TrainConfig, share: float, step: int) -> float:
@@ -81,19 +83,19 @@ def cosine(config: TrainConfig, share: float, step: int) -> float:
 
 
 def constant(config: TrainConfig, share: float, step: int) -> float:
-    """Return a step's learning rate, the same at each."""
+    """Return a step's learning rate, constant over all steps."""
     return config.learning_rate
 
 
 def adamw(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
-    """Return AdamW: weight decay beside the gradient's moments."""
+    """Return AdamW: weight decay decoupled from the gradient's moments."""
     return torch.optim.AdamW(network.parameters(), config.learning_rate, weight_decay=config.weight_decay)
 
 
 def adadelta(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
     """Return AdaDelta with ρ 0.95 and ε 1e-6 of Zeiler, *ADADELTA: an adaptive learning rate method*, 2012.
 
-    It adapts its step length by itself; a learning rate of 1 leaves that unchanged. Keras had the same rate and ρ.
+    It adapts its step length itself; a learning rate of 1 leaves that unchanged. Keras had the same rate and ρ.
     """
     return torch.optim.Adadelta(network.parameters(), config.learning_rate, rho=0.95, eps=1e-6)
 
@@ -111,7 +113,10 @@ OPTIMIZERS: dict[str, tuple[Make, Schedule]] = {
     "adamw": (adamw, cosine),
     "muon": (muon, cosine),
 }
-"""By name: what makes the optimizer, and its learning rate by the share of all steps done, 0..1, and their number."""
+"""Each optimizer's constructor and learning rate schedule by name.
+
+A schedule is a function of the share of all steps done, 0..1, and the number of steps done.
+"""
 
 _NAMES: dict[str, Collection[str]] = {
     "draw": DRAWS,
@@ -125,8 +130,8 @@ _NAMES: dict[str, Collection[str]] = {
 _STRINGS = {"start": "a name or a path", "features": "numbers with commas", "handed_on": "numbers with commas"}
 
 _MANY = 2**31 - 1
-_INTEGERS = {  # least and most
-    "groups": (1, _MANY),  # the network itself says more
+_INTEGERS = {  # minimum and maximum
+    "groups": (1, _MANY),  # the network has further limits
     "seed": (0, 2**32 - 1),
     "epochs": (0, _MANY),
     "patience": (1, _MANY),
@@ -140,7 +145,7 @@ _INTEGERS = {  # least and most
 
 
 def _checked(name: str, value: Any) -> Any:
-    """Return a field's value if it may be that."""
+    """Return a field's value if it is valid; otherwise raise InputError."""
     if name in _INTEGERS:
         return check_integer(name, value, *_INTEGERS[name])
     if name == "order":
@@ -168,7 +173,7 @@ def _checked(name: str, value: Any) -> Any:
 
 
 def config_from_settings(settings: Sequence[str]) -> TrainConfig:
-    """Return a configuration from settings such as "epochs=3"; the rest stays at its defaults.
+    """Return a configuration from settings such as "epochs=3"; other fields keep their defaults.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Networks as files for other people's run times."""
+"""ONNX files of networks."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from bobrossnet.support.atomic import write_whole
 
 
 def onnx(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write a network with its weights as ONNX; `bobrossnet.export` says how."""
+    """Write a network and its weights as ONNX; see `bobrossnet.export`."""
     network, _ = load(weights_path(model))
     content = io.BytesIO()
     with warnings.catch_warnings():
-        # The exporter through TorchScript needs no further package, follows the padding's arithmetic on H and W, and is
+        # The TorchScript exporter needs no further package and follows the padding's arithmetic on H and W, but is
         # deprecated.
         warnings.simplefilter("ignore")
         torch.onnx.export(
             network.eval(),
             (torch.zeros(1, network.width(), 61, 47),),
-            content,  # type: ignore[arg-type]  # any file is fine for this exporter
+            content,  # type: ignore[arg-type]  # the exporter accepts any file object
             dynamo=False,
             input_names=["gbuffer"],
             output_names=["gray"],

@@ -1,4 +1,4 @@
-"""What a training run logs: a row of log.csv for each epoch, and scalars and pictures for TensorBoard."""
+"""Logs of a training run: log.csv with a row for each epoch, and scalars and pictures for TensorBoard."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.threads import lazy
 
 Row = dict[str, float]
-"""An epoch in numbers, by column of log.csv."""
+"""An epoch's numbers, by column of log.csv."""
 
 SSIM_COLUMNS = [f"ssim_{100 * stage:g}" for stage in STAGES]
 COLUMNS = (
     "epoch",  # counted from 1
-    "steps",  # mini-batches of the whole training so far
-    "training_loss",  # mean over the epoch's samples, while the weights changed
+    "steps",  # mini-batches since the start of training
+    "training_loss",  # mean over the epoch's samples, during its weight updates
     "validation_loss",
-    "ssim",  # of the validation, mean of the stages
+    "ssim",  # of the validation, mean over the stages
     *SSIM_COLUMNS,  # of the validation, at each percentage of traced pixels
-    "seconds",  # with the validation
-    "samples_per_second",  # without it
+    "seconds",  # including validation
+    "samples_per_second",  # excluding validation
 )
 
 
 def write_csv(path: Path, rows: Sequence[Row]) -> None:
-    """Write log.csv, whole or not at all."""
+    """Write log.csv; a failed write leaves the old file."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
@@ -43,7 +43,7 @@ def write_csv(path: Path, rows: Sequence[Row]) -> None:
 
 
 def epoch_line(row: Row) -> str:
-    """Tell an epoch in one line."""
+    """Return an epoch's numbers as one line of text."""
     stages = "  ".join(f"{100 * stage:g} % {row[name]:.4f}" for stage, name in zip(STAGES, SSIM_COLUMNS, strict=True))
     losses = f"loss {row['training_loss']:.4f}, in validation {row['validation_loss']:.4f}"
     speed = f"{row['seconds']:.0f} s, {row['samples_per_second']:.0f} samples/s"
@@ -51,13 +51,13 @@ def epoch_line(row: Row) -> str:
 
 
 class Events:
-    """TensorBoard's file of events in a folder, which is made when there is something to note.
+    """TensorBoard's event file in a folder, created at the first event.
 
     Parameters
     ----------
     run : folder
     steps : mini-batches done
-        What an interrupted run wrote for later steps is discarded.
+        An interrupted run's events for later steps are discarded.
     """
 
     def __init__(self, run: Path, steps: int) -> None:
@@ -66,31 +66,31 @@ class Events:
     @lazy
     def _writer(self) -> Any:
         writer = SummaryWriter(str(self.run), purge_step=self.steps + 1, filename_suffix=f".{self.steps}")
-        writer.flush()  # its head, so that it is a file of events even if the training is killed now
+        writer.flush()  # its header, so that it is valid even if the training is killed now
         return writer
 
     def scalars(self, values: Mapping[str, float], steps: int) -> None:
-        """Note some numbers by their names, after so many steps."""
+        """Log numbers by name, for the given number of steps done."""
         for name, value in values.items():
             self._writer.add_scalar(name, value, steps)
 
     def picture(self, name: str, picture: NDArray[np.uint8], steps: int) -> None:
-        """Note a picture, (H, W, 3) uint8."""
+        """Log a picture, (H, W, 3) uint8."""
         self._writer.add_image(name, picture, steps, dataformats="HWC")
 
     def close(self) -> None:
-        """Write out what is left."""
+        """Flush and close the event file."""
         if "_writer" in vars(self):
             self._writer.close()
 
 
 def panels(partial: NDArray[np.float32], image: NDArray[np.float32], reference: NDArray[np.float32]) -> NDArray[Any]:
-    """Return pictures below each other, each as partial, on green | completed | reference.
+    """Return a column of pictures, each as partial over green | completed | reference.
 
     Parameters
     ----------
     partial : (N, C, H, W) float32
-        mask, gray and what else the network sees.
+        mask, gray and the network's further inputs.
     image, reference : (N, 1, H, W) float32, shown clamped to 0..1
 
     Returns

@@ -1,7 +1,7 @@
-"""The losses, by name: the five of the report, and one that looks as FLIP does; and the SSIM that most are made of.
+"""The losses by name, the report's five and one similar to FLIP, and the SSIM in most of them.
 
-A loss takes pictures as the network puts them out, of any value, and references in 0..1. Letters in shape
-comments: N pictures, H and W their size.
+A loss takes raw network outputs, unbounded, and references in 0..1. Letters in shape comments: N pictures, H and W
+their size.
 """
 
 from __future__ import annotations
@@ -15,23 +15,25 @@ from torch import Tensor
 from bobrossnet.metrics import C1, C2, gaussian_window
 
 LEAK = 0.01
-"""How much of what lies outside of 0..1 the SSIM losses see.
+"""Share of the excess beyond 0..1 that the SSIM losses still see.
 
-Most of a patch may be exactly black, and there SSIM punishes an offset of 0.01 as much as a wrong picture. A
-picture is shown clamped, so the losses clamp it too, and the network may answer "at most 0" for black: after
-250 steps the SSIM at 5 % was .71 instead of .44 (AdamW, ssim+l2, raw output, same start and batches). Without
-any leak a network whose answers are all below 0 has no gradient; with 0.1 the offset would hurt again.
+A patch may be mostly exactly black, where SSIM punishes an offset of 0.01 like a wrong picture. Displayed pictures
+are clamped, so the losses clamp too, and the network may answer "at most 0" for black: after 250 steps the SSIM
+at 5 % was .71 instead of .44 (AdamW, ssim+l2, raw output, same start and batches). Without a leak, a network with
+only negative answers has no gradient; with 0.1 the offset would matter again.
 """
 
 VISIBLE = 0.001
-"""Below about this, in sRGB, a quarter of a step of 8 bits, differences count by their square: the slope of a power of
-0.7 has no bound at 0."""
+"""Scale in sRGB, about a quarter of an 8-bit step, below which differences are squared.
+
+The slope of a power of 0.7 is unbounded at 0.
+"""
 
 LARGEST_DIFFERENCE = 41.276098
-"""FLIP's distance between green and blue, which no colours of sRGB exceed: HyAB after the Hunt effect, ^0.7."""
+"""FLIP's distance between green and blue, the maximum over sRGB: HyAB after the Hunt effect, ^0.7."""
 
 DARKEST = 0.003
-"""Added to linear light, so that its curve is as steep at black as sRGB's, 13."""
+"""Offset of linear light that makes the curve's slope at black equal to sRGB's, 13."""
 
 
 def l1(image: Tensor, reference: Tensor) -> Tensor:
@@ -45,17 +47,17 @@ def l2(image: Tensor, reference: Tensor) -> Tensor:
 
 
 def ssim(image: Tensor, reference: Tensor) -> Tensor:
-    """Return the mean structural similarity of each picture; `bobrossnet.metrics.ssim` step for step.
+    """Return the mean structural similarity of each picture, in the same steps as `bobrossnet.metrics.ssim`.
 
     Parameters
     ----------
     image, reference : (N, 1, H, W) float, meant for 0..1
-        H and W of at least 11. Not clamped here.
+        Both sides at least 11 pixels. Not clamped here.
 
     Returns
     -------
     (N,) float32 in -1..1, up to rounding
-        1 where they are equal.
+        Equal pictures score 1.
     """
     x, y = image.float(), reference.float()
     smooth = _smooth(torch.stack([x, y, x * x + y * y, x * y]))  # (4, N, 1, H-10, W-10)
@@ -69,19 +71,18 @@ def ssim(image: Tensor, reference: Tensor) -> Tensor:
 def dissimilarity(image: Tensor, reference: Tensor) -> Tensor:
     """Return 1 − SSIM of each picture: two (N, 1, H, W) → (N,), in 0..2.
 
-    The picture is clamped to 0..1, as it is shown, but for a hundredth of what lies outside: `LEAK` says why.
+    The picture is clamped to 0..1, as when displayed, except for a hundredth of the excess; see `LEAK`.
     """
     shown = torch.lerp(image.clamp(0, 1), image, LEAK)
     return 1 - ssim(shown, reference)
 
 
 def visible(image: Tensor, reference: Tensor) -> Tensor:
-    """Return how visible the difference of each picture is, about its FLIP without what an eye smooths:
-    two (N, 1, H, W) → (N,).
+    """Return the visible difference of each picture, two (N, 1, H, W) → (N,): FLIP without the eye's filters.
 
-    In the units of FLIP, where lightness is 100 sRGB: (100 |difference|)^0.7, scaled by 0.95 / 0.4 / 41.28. So small
-    differences of large areas count, which L1 and SSIM hardly see, and those in the dark as much as others. The picture
-    is clamped as in `dissimilarity`.
+    In the units of FLIP, with sRGB 0..1 as lightness 0..100: (100 |difference|)^0.7, scaled by 0.95 / 0.4 / 41.28. So
+    small differences over large areas matter, which L1 and SSIM mostly ignore, and dark ones as well as bright ones.
+    The picture is clamped as in `dissimilarity`.
     """
     inside = image.clamp(0, 1)
     difference = _encoded(inside) - _encoded(reference)
@@ -99,20 +100,20 @@ LOSSES: dict[str, Callable[[Tensor, Tensor], Tensor]] = {
     "ssim+l2": lambda image, reference: dissimilarity(image, reference) + l2(image, reference),
     "ssim+visible": lambda image, reference: dissimilarity(image, reference) + visible(image, reference),
 }
-"""Each takes pictures and their references, (N, 1, H, W), and returns (N,) of at least 0, 0 where they are equal."""
+"""Each takes pictures and their references, (N, 1, H, W), and returns (N,), non-negative, and 0 for equal pictures."""
 
 OF_REPORT = ("l1", "l2", "ssim", "ssim+l1", "ssim+l2")
-"""Which of them the report compares."""
+"""The losses that the report compares."""
 
 
 def _encoded(gray: Tensor) -> Tensor:
-    """Return about sRGB's curve of linear light, with a slope everywhere: (0..1) → about 0..1."""
+    """Encode linear light by about sRGB's curve, with a finite slope everywhere: (0..1) → about 0..1."""
     encoded: Tensor = (gray + DARKEST) ** (1 / 2.4)
     return encoded
 
 
 def _smooth(pictures: Tensor) -> Tensor:
-    """Smooth (..., H, W) with the window, valid positions only: (..., H - 10, W - 10)."""
+    """Smooth (..., H, W) with the window at valid positions only: (..., H - 10, W - 10)."""
     height, width = pictures.shape[-2:]
     rows, columns = _band(height, pictures.device), _band(width, pictures.device)
     return rows @ pictures @ columns.T
@@ -120,7 +121,7 @@ def _smooth(pictures: Tensor) -> Tensor:
 
 @lru_cache(maxsize=8)
 def _band(size: int, device: torch.device) -> Tensor:
-    """Return the matrix that smooths a column, (size - 10, size): in training it was faster than a convolution."""
+    """Return the band matrix that smooths a column, (size - 10, size): faster in training than a convolution."""
     window = torch.tensor(gaussian_window(), dtype=torch.float32)
     band = torch.zeros(size - len(window) + 1, size)
     for offset, weight in enumerate(window):

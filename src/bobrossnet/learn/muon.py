@@ -1,4 +1,4 @@
-"""Muon, an optimizer for convolutions: each step turns a layer's weights by the same angle in every direction."""
+"""Muon, an optimizer for convolutions with orthogonalised steps."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import torch
 from torch import Tensor, nn
 
 MOMENTUM = 0.95
-BIAS_RATE = 0.2  # learning rate of biases and the like, of which no matrix can be made, as a share of the others'
-BETAS = (0.9, 0.99)  # Adam's, for those
+BIAS_RATE = 0.2  # relative learning rate of biases and other parameters that form no matrix
+BETAS = (0.9, 0.99)  # Adam's, for these parameters
 
 
 class Muon(torch.optim.Optimizer):
-    """Momentum whose steps are made orthogonal, as matrices of output channels by inputs; Adam for biases.
+    """Momentum with steps orthogonalised as matrices of output channels by inputs; Adam for biases.
 
     Parameters
     ----------
-    parameters : of a network
+    parameters : the network's parameters
     learning_rate : float
-        Length of a step in the spectral norm of such a matrix.
+        Length of a step in the spectral norm of the matrix.
 
     References
     ----------
@@ -33,7 +33,7 @@ class Muon(torch.optim.Optimizer):
 
     @torch.no_grad()
     def step(self, closure: Callable[[], float] | None = None) -> None:  # type: ignore[override]
-        """Move the parameters by their gradients."""
+        """Update the parameters by their gradients."""
         for group in self.param_groups:
             for parameter in group["params"]:
                 if parameter.grad is not None:
@@ -42,11 +42,11 @@ class Muon(torch.optim.Optimizer):
 
 
 def _orthogonal_step(gradient: Tensor, state: dict[str, Any]) -> Tensor:
-    """The step of a convolution's weights, (outputs, inputs, 3, 3), for a learning rate of 1."""
+    """Return the step of a convolution's weights, (outputs, inputs, 3, 3), at a learning rate of 1."""
     if not state:
         state["momentum"] = torch.zeros_like(gradient)
     momentum: Tensor = state["momentum"].lerp_(gradient, 1 - MOMENTUM)
-    ahead = gradient.lerp(momentum, MOMENTUM)  # Nesterov's
+    ahead = gradient.lerp(momentum, MOMENTUM)  # Nesterov momentum
     matrix = orthogonal(ahead.flatten(1))
     outputs, inputs = matrix.shape
     scale: float = max(1, outputs / inputs) ** 0.5
@@ -54,7 +54,7 @@ def _orthogonal_step(gradient: Tensor, state: dict[str, Any]) -> Tensor:
 
 
 def _adam_step(gradient: Tensor, state: dict[str, Any]) -> Tensor:
-    """Adam's step of other parameters, for a learning rate of 1."""
+    """Return Adam's step of other parameters, at a learning rate of 1."""
     if not state:
         state.update(step=torch.tensor(0.0), mean=torch.zeros_like(gradient), square=torch.zeros_like(gradient))
     state["step"] += 1
@@ -66,7 +66,7 @@ def _adam_step(gradient: Tensor, state: dict[str, Any]) -> Tensor:
 
 
 def orthogonal(matrix: Tensor) -> Tensor:
-    """Return about the nearest matrix whose singular values are all 1: they come out at 0.7 to 1.2.
+    """Return approximately the nearest orthogonal matrix, with singular values between 0.7 and 1.2.
 
     Five steps of a Newton-Schulz iteration of the fifth order, with Jordan's coefficients.
     """

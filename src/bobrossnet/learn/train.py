@@ -1,11 +1,11 @@
-"""Training: from a configuration and a data set to a weight file; on a CPU, the same file every time.
+"""Training from a configuration and a data set to a weight file; deterministic on a CPU.
 
-A step is a function of the configuration, the data set and its number, and a checkpoint holds the rest: weights, their
-average, the optimizer's state, and the progress. So an interrupted run ends where an uninterrupted one would.
+A step is a function of the configuration, the data set and its number. A checkpoint holds the other state: weights,
+their average, the optimizer's state, and the progress. So a resumed run gives the result of an uninterrupted one.
 
-    RUN/config.json                what it depends on, written first
-    RUN/checkpoint.safetensors     to go on from
-    RUN/weights.safetensors        of the epoch that did best in validation
+    RUN/config.json                the configuration and the data set's identity, written first
+    RUN/checkpoint.safetensors     state for resuming
+    RUN/weights.safetensors        of the epoch with the best validation
     RUN/log.csv                    a row for each epoch
     RUN/events.out.tfevents.*      scalars and pictures for TensorBoard
 """
@@ -50,28 +50,26 @@ from bobrossnet.support.progress import progress
 WEIGHTS, CHECKPOINT, CONFIG, LOG = "weights.safetensors", "checkpoint.safetensors", "config.json", "log.csv"
 PICTURES = 4  # validation patches shown at each stage
 
-logging.getLogger("lightning_fabric").setLevel(
-    logging.ERROR
-)  # here, so that the processes that it starts are quiet too
+logging.getLogger("lightning_fabric").setLevel(logging.ERROR)  # here, so that its child processes are quiet too
 
 
 @dataclass
 class Progress:
-    """How far a training has come."""
+    """The progress of a training run."""
 
-    epoch: int = 0  # epochs done, validated
-    step: int = 0  # mini-batches done of the epoch under way
-    loss: float = 0.0  # sum over that epoch's samples so far
-    seconds: float = 0.0  # spent on that epoch so far, but for validation
-    rows: list[Row] = field(default_factory=list)  # log.csv's
+    epoch: int = 0  # epochs done, including validation
+    step: int = 0  # mini-batches done in the current epoch
+    loss: float = 0.0  # sum over the current epoch's samples so far
+    seconds: float = 0.0  # spent on the current epoch so far, without validation
+    rows: list[Row] = field(default_factory=list)  # rows of log.csv
 
     def best(self) -> int:
-        """Return the epoch that did best in validation, the first such, counted from 1; 0 before there is any."""
+        """Return the first epoch with the best validation, counted from 1; 0 before the first."""
         scores = [row["ssim"] for row in self.rows]
         return scores.index(max(scores)) + 1 if scores else 0
 
     def finished(self, config: TrainConfig) -> bool:
-        """Tell whether there is no epoch to come."""
+        """Return whether training is complete."""
         return self.epoch >= config.epochs or self.epoch - self.best() >= config.patience
 
 
@@ -88,10 +86,10 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
     Raises
     ------
     InputError
-        Before any work: if the folder can't be written to, the network can't be of these settings, the checkpoint is
-        another training's, or there is no such device.
+        Before any work: if the folder can't be written to, the network does not accept the settings, the checkpoint
+        belongs to another training run, or the device does not exist.
     KeyboardInterrupt
-        On Ctrl-C. The last checkpoint stays.
+        On Ctrl-C. The last checkpoint is kept.
     """
     run = Path(run)
     for name in (WEIGHTS, CHECKPOINT, CONFIG, LOG):
@@ -100,7 +98,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
     accelerator = ("cuda" if gpus else "cpu") if config.accelerator == "auto" else config.accelerator
     if accelerator == "cuda" and config.devices > gpus:
         raise InputError(f"devices: expected at most this machine's {gpus} GPUs, got {config.devices}")
-    _first_network(config)  # may refuse
+    _first_network(config)  # checks the settings
     header = _header(config, dataset)
     if (run / CHECKPOINT).exists():
         checkpoint.read_progress(run / CHECKPOINT, header)
@@ -113,7 +111,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
         precision=config.precision,  # type: ignore[arg-type]
     )
     try:
-        fabric.launch(partial(_train, config=config, dataset=dataset, run=run))  # Fabric looks into other arguments
+        fabric.launch(partial(_train, config=config, dataset=dataset, run=run))  # Fabric inspects other arguments
     except KeyboardInterrupt:
         if config.devices > 1:
             for process in multiprocessing.active_children():
@@ -122,7 +120,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
 
 
 def _train(fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
-    """What each process does."""
+    """Run the training in each process."""
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     _keep_memory()
@@ -136,7 +134,7 @@ def _train(fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> 
 
 
 class _Training:
-    """One process's part in a training run. Only the first process prints, logs and writes."""
+    """A process's part in a training run. Only the first process prints, logs and writes."""
 
     def __init__(self, fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
         self.fabric, self.config, self.dataset, self.run = fabric, config, dataset, run
@@ -144,7 +142,7 @@ class _Training:
         self.plain = _first_network(config)
         self.plain.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.average = copy.deepcopy(self.plain).to(fabric.device).requires_grad_(False)
-        # The same weights as the plain network's, but a backward pass takes the mean over the processes.
+        # Shares the plain network's weights; its backward pass averages over the processes.
         self.network, self.optimizer = fabric.setup(self.plain, make_optimizer(self.plain, config))
 
         self.header = _header(config, dataset)
@@ -152,26 +150,26 @@ class _Training:
         if (run / CHECKPOINT).exists():
             self.progress = Progress(**checkpoint.read_progress(run / CHECKPOINT, self.header))
             checkpoint.load_checkpoint(run / CHECKPOINT, self._networks(), self.optimizer)
-        self.steps = len(self._batches("train"))  # of an epoch
+        self.steps = len(self._batches("train"))  # mini-batches of an epoch
         self.events = Events(run, self._steps_done()) if fabric.is_global_zero else None
         if self.events and self._steps_done():
             epochs, steps = self.progress.epoch, self.progress.step
             print(f"{run}: resuming after {epochs} epochs and {steps} of {self.steps} steps", flush=True)
 
     def epoch(self) -> None:
-        """Finish the epoch, validate, and write everything."""
+        """Finish the epoch, validate, and write all files."""
         now, config = self.progress, self.config
         batches = self._batches(
             "train", epoch=now.epoch, seed=config.seed, draw=config.draw, fractions=config.fractions
         )  # fmt: skip
         validation = self._batches("validation", shuffle=False)
-        whole = self.steps + len(validation) / 3  # validation has no backward pass, which is the longer one
+        whole = self.steps + len(validation) / 3  # validation lacks the backward pass, the longer one
         last = f", SSIM {' '.join(f'{now.rows[-1][name]:.3f}' for name in SSIM_COLUMNS)}" if now.rows else ""
         what = f"epoch {now.epoch + 1} of at most {config.epochs}"
         start, loss, samples = time.monotonic(), 0.0, 0  # since the last checkpoint
         with progress(what) if self.events else nullcontext(_silent) as report:
             for batch in batches.stream(now.step, config.workers):
-                count = min(config.batch, len(batches.samples) - now.step * config.batch)  # of all processes
+                count = min(config.batch, len(batches.samples) - now.step * config.batch)  # samples of all processes
                 losses = self._step(batch, count)
                 now.step += 1
                 loss, samples = loss + losses.sum().item(), samples + count
@@ -207,7 +205,7 @@ class _Training:
         self._save()
 
     def finish(self) -> None:
-        """Leave all files complete, even if an earlier run was interrupted between two of them."""
+        """Complete all files, even if an earlier run was interrupted between two of them."""
         if self.events:
             if not self.progress.rows:
                 self._save_weights()
@@ -215,12 +213,12 @@ class _Training:
             print(f"wrote {self.run / WEIGHTS}: epoch {self.progress.best()} of {self.progress.epoch}", flush=True)
 
     def close(self) -> None:
-        """Write out what TensorBoard's file has not yet got."""
+        """Flush TensorBoard's file."""
         if self.events:
             self.events.close()
 
     def _step(self, batch: Batch, count: int) -> Tensor:
-        """Take one step and return the losses of this process's samples, (n,); `count` is that of all processes."""
+        """Take one step and return the losses of this process's samples, (n,); `count` covers all processes."""
         config, done = self.config, self._steps_done()
         for group in self.optimizer.param_groups:
             group["lr"] = self.learning_rate(config, done / (config.epochs * self.steps), done)
@@ -230,7 +228,7 @@ class _Training:
             image = keep_known_of_partial(image, partial)
         losses = LOSSES[config.loss](image, reference)
         self.optimizer.zero_grad()
-        # The mean over the samples of all processes, of which each may have another number.
+        # The mean over the samples of all processes, which may have different numbers of samples.
         self.fabric.backward(losses.sum() * (self.fabric.world_size / count))
         self.optimizer.step()
         follow(self.average, self.plain, config.average, done + 1)
@@ -238,8 +236,8 @@ class _Training:
 
     @torch.no_grad()
     def _validate(self, batches: Batches, report: Callable[[int], object]) -> dict[str, float]:
-        """Return the average's mean loss and SSIM over the validation's samples, and the SSIM of each stage."""
-        sums = torch.zeros(3, len(STAGES), dtype=torch.float64)  # loss, SSIM and how many, by stage
+        """Return the moving average's mean validation loss and SSIM, and the SSIM of each stage."""
+        sums = torch.zeros(3, len(STAGES), dtype=torch.float64)  # sums of loss and SSIM, and sample counts, by stage
         for done, batch in enumerate(batches.stream(0, self.config.workers)):
             partial, reference = self._tensors(batch)
             image = self._complete(partial)
@@ -255,8 +253,8 @@ class _Training:
 
     @torch.no_grad()
     def _pictures(self) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-        """Yield a picture for each stage, of some of the validation's patches, with its name."""
-        # Without a shuffle, a patch's samples at all stages follow each other.
+        """Yield a picture of several validation patches for each stage, with its name."""
+        # Without a shuffle, a patch's samples at all stages are consecutive.
         batches = Batches(
             self.dataset, "validation", size=len(STAGES), shuffle=False, order=self.config.order
         )  # fmt: skip
@@ -270,7 +268,7 @@ class _Training:
             yield f"validation/{100 * stage:g}_percent", panels(*of_stage)
 
     def _complete(self, partial: Tensor) -> Tensor:
-        """Return what the average makes of partial pictures, (N, C, H, W) → (N, 1, H, W), not clamped."""
+        """Complete partial pictures by the moving average, (N, C, H, W) → (N, 1, H, W), not clamped."""
         with self.fabric.autocast():
             image: Tensor = self.average(partial).float()
         return keep_known_of_partial(image, partial) if self.config.keep_known else image
@@ -281,7 +279,7 @@ class _Training:
         return batch.partial.to(device, memory_format=torch.channels_last), batch.reference.to(device)
 
     def _batches(self, split: str, **options: Any) -> Batches:
-        """Return this process's share of the mini-batches of a split."""
+        """Return this process's mini-batches of a split."""
         config, fabric = self.config, self.fabric
         return Batches(
             self.dataset, split, size=config.batch, order=config.order,
@@ -291,7 +289,7 @@ class _Training:
     def _sum(self, values: Tensor) -> Tensor:
         """Return the sum over the processes, on the CPU."""
         total = self.fabric.all_reduce(values.to(self.fabric.device), reduce_op="sum")
-        assert isinstance(total, Tensor)  # as what went in
+        assert isinstance(total, Tensor)  # as the input
         return total.cpu()
 
     def _steps_done(self) -> int:
@@ -313,10 +311,10 @@ class _Training:
 
 @torch.no_grad()
 def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> None:
-    """Move an average's weights towards the network's, after `steps` steps.
+    """Move the averaged weights towards the network's, after `steps` steps.
 
-    The decay is at most (1 + steps) / (10 + steps), so that the first weights are soon forgotten, as TensorFlow's
-    ExponentialMovingAverage does.
+    The decay is at most (1 + steps) / (10 + steps), as in TensorFlow's ExponentialMovingAverage, so that the initial
+    weights are soon forgotten.
     """
     decay = min(decay, (1 + steps) / (10 + steps))
     for mine, theirs in zip(average.parameters(), network.parameters(), strict=True):
@@ -324,26 +322,29 @@ def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> 
 
 
 def keep_known(image: Tensor, partial: Tensor) -> Tensor:
-    """Return pictures, (N, 1, H, W), with the traced pixels as they came in; the others are clamped only by the core's
-    function of this name, since a loss wants to see how far off they are."""
+    """Return pictures, (N, 1, H, W), with the traced pixels restored.
+
+    Unlike the core's function of this name it does not clamp the other pixels: a loss needs their full error.
+    """
     return torch.where(partial[:, :1] > 0, partial[:, 1:2], image)
 
 
 def keep_known_of_partial(image: Tensor, partial: Tensor) -> Tensor:
-    """Return the same, but of a picture wholly traced the network's own: with nothing to fill in it would teach
-    nothing."""
+    """Restore the traced pixels, except in wholly traced pictures, which would then teach the network nothing."""
     whole = partial[:, :1].amin((1, 2, 3), keepdim=True) > 0  # (N, 1, 1, 1)
     return torch.where(whole, image, keep_known(image, partial))
 
 
 def _silent(share: float, note: str = "") -> None:
-    """What processes other than the first report to."""
+    """Ignore progress, in all processes except the first."""
 
 
 def _keep_memory() -> None:
-    """Let memory that is freed stay with this process: large tensors, given back to the system and fetched again at
-    each step, took a fifth of its time. Only glibc has this; elsewhere nothing changes."""
-    trim_threshold, mmap_max = -1, -4  # the numbers of malloc.h
+    """Keep freed memory in this process. Only glibc supports this; elsewhere nothing changes.
+
+    Returning large tensors to the system and allocating them again took a fifth of each step.
+    """
+    trim_threshold, mmap_max = -1, -4  # constants of malloc.h
     with suppress(OSError, AttributeError):
         libc = ctypes.CDLL("libc.so.6")
         libc.mallopt(mmap_max, 0)
@@ -351,7 +352,7 @@ def _keep_memory() -> None:
 
 
 def _first_network(config: TrainConfig) -> Network:
-    """Return the network that training begins with."""
+    """Return the network at the start of training."""
     if not config.start:
         return NETWORKS[config.network].from_settings(asdict(config))
     network, _ = checkpoint.load(weights_path(config.start))
@@ -362,9 +363,9 @@ def _first_network(config: TrainConfig) -> Network:
 
 
 def _header(config: TrainConfig, dataset: Dataset) -> dict[str, dict[str, Any]]:
-    """What a training depends on, as JSON has it: the configuration, and what identifies its data set."""
+    """Return all inputs of a training run as JSON values: the configuration and the data set's identity."""
     sources = hashlib.sha256("\n".join(dataset.sources).encode()).hexdigest()
-    # Without what is not there, as in data sets that are older than it.
+    # Omit empty fields, as in data sets older than these fields.
     plan = {name: value for name, value in asdict(dataset.plan).items() if value or name != "colored"}
     header = {"training": asdict(config), "dataset": {**plan, "sources": sources}}
     if config.start:

@@ -1,1 +1,1 @@
-"""The viewer's page and what else its code becomes: served, in a folder, in one file, for npm, in notebooks."""
+"""The viewer's page in all its forms: served, in a folder, in one file, on npm, in notebooks."""

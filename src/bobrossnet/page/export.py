@@ -1,4 +1,4 @@
-"""Writes the viewer's page: to a folder, for any server, or a scene alone to a single file, which needs none."""
+"""Writes the viewer's page to a folder, for any server, or a scene to a single file that needs no server."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from pathlib import Path
 
 from bobrossnet.adapters.container import packed
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.page.files import VIEWER, Files, check_built
+from bobrossnet.page.files import Files, check_built
 from bobrossnet.page.joining import BROUGHT, SINGLE, Modules, brought, joined
 from bobrossnet.page.look import written
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 NETWORKS = ("default", "filling", "small", "uncertainty")
-"""What the page asks for of the weights."""
+"""Names of the weights that the page loads."""
 
 STYLE = "html, body { height: 100%; margin: 0; } bob-view { width: 100%; height: 100%; }"
 
@@ -43,12 +44,12 @@ PAGE = """<!doctype html>
 
 
 def export(files: Files, folder: Path) -> None:
-    """Write the page to a folder, which any static server can show.
+    """Write the page to a folder that any static server can serve.
 
     Raises
     ------
     InputError
-        If that can't be written.
+        If the folder can't be written.
     """
     try:
         for path, content in files.items():
@@ -63,13 +64,14 @@ def export(files: Files, folder: Path) -> None:
 
 
 def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str] | None = None) -> None:
-    """Write a page of a single file, which shows a scene from a disk, from any server, in a frame that may run scripts;
-    `look` is what `look.attributes` makes.
+    """Write a scene as a page of one file.
+
+    It works from a disk, from any server, and in an iframe that may run scripts. `look` comes from `look.attributes`.
 
     Raises
     ------
     InputError
-        If it can't be written, or the package was built without its WebAssembly modules.
+        If the file can't be written, or the package was built without its WebAssembly modules.
     """
     check_writable(file)
     parts = {**single_file_parts(scene), "scene.bob": deflated(packed(scene))}
@@ -91,7 +93,7 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
 
 
 def single_file_parts(scene: SceneLike) -> dict[str, str]:
-    """What shows a scene, for `joining.brought`: a core that all browsers know, the small one for meshes."""
+    """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes."""
     check_built()
     are_meshes = all(isinstance(instance.shape, Mesh) for instance in as_scene(scene).instances)
     core = "core.mesh.wasm" if are_meshes else "core.wasm"
@@ -101,11 +103,11 @@ def single_file_parts(scene: SceneLike) -> dict[str, str]:
 
 
 def deflated(data: bytes) -> str:
-    """Bytes, raw deflate and then base64."""
+    """Compress bytes by raw deflate, and encode them in base64."""
     deflate = zlib.compressobj(9, wbits=-15)
     return base64.b64encode(deflate.compress(data) + deflate.flush()).decode()
 
 
 def _digest(text: str) -> str:
-    """As a policy names a text that is in the page itself."""
+    """Return the digest of an inline text for a content security policy."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -1,4 +1,4 @@
-"""What the viewer's page consists of: its files, by their paths."""
+"""The files of the viewer's page, by path."""
 
 from __future__ import annotations
 
@@ -16,17 +16,9 @@ from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.joining import ENTRIES, Modules, joined
 from bobrossnet.page.look import written
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import SceneLike
 
-
-def _viewer() -> Path:
-    """The folder of the page: in the package, or beside src where the package is editable."""
-    package = Path(__file__).parents[1]
-    installed = package / "viewer"
-    return installed if (installed / "index.html").is_file() else package.parents[1] / "viewer"
-
-
-VIEWER = _viewer()
 GALLERY = "gallery/index.json"
 TREE = "gallery/happy_tree.bob"
 
@@ -45,16 +37,16 @@ TYPES = {
     ".vm": "text/plain; charset=utf-8",
     ".wasm": "application/wasm",
 }
-"""The content types of the page's files, by their endings: browsers refuse modules of another type."""
+"""Content types by file ending: browsers refuse modules of another type."""
 
 READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
-"""The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
+"""Endings that the page reads itself; any other file that Python reads is packed for it."""
 
 LONGEST_STEM = 255 - len(".bob")
-"""Bytes of a file's name before its ending: disks take names of 255."""
+"""Maximum bytes of a file name before its ending: disks allow names of 255."""
 
 Files: TypeAlias = Mapping[str, Path | bytes]
-"""What is served: by the path from the page's folder, a file or its content."""
+"""Served content: a file or bytes by the path from the page's folder."""
 
 
 def check_built() -> None:
@@ -67,22 +59,22 @@ def check_built() -> None:
 
 
 def title_of(file: str) -> str:
-    """Return a file's name without its ending as text for people: what is not UTF-8 becomes U+FFFD."""
+    """Return a file's name without its ending as displayed text: invalid UTF-8 becomes U+FFFD."""
     return os.fsencode(Path(file).stem).decode("utf-8", "replace")
 
 
 def scene_path(name: str) -> str:
-    """Return the path of that scene among the page's files, of a name that disks take."""
+    """Return a scene's path among the page's files, with a name that disks allow."""
     return f"files/{name.encode()[:LONGEST_STEM].decode('utf-8', 'ignore')}.bob"
 
 
 def scene_address(name: str) -> str:
-    """Return the same path as a relative URL."""
+    """Return the scene's path as a relative URL."""
     return quote(scene_path(name))
 
 
 def tree() -> bob.Instance:
-    """What the page shows where nothing else is given."""
+    """Return the page's default scene."""
     return bob.Instance(bob.happy_tree(), name="happy tree")
 
 
@@ -90,16 +82,16 @@ def tree() -> bob.Instance:
 def page_files(
     scene: SceneLike | None = None, name: str = "scene", look: Mapping[str, str] | None = None
 ) -> Iterator[Files]:
-    """Everything that the page consists of, while the context lasts.
+    """Provide all files of the page for the duration of the context.
 
     Parameters
     ----------
     scene : SceneLike, optional
-        What the page opens with; by default the gallery's first.
+        The first scene of the page; by default the gallery's first.
     name : str
         The scene's title, and the name of its file.
     look : mapping, optional
-        What `look.attributes` makes, of all that the page shows.
+        Attributes from `look.attributes`, for all scenes of the page.
 
     Raises
     ------
@@ -113,7 +105,7 @@ def page_files(
     files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
     modules = Modules(VIEWER)
     files |= {path: joined(modules, path).encode() for path in ENTRIES}
-    # Windows keeps files that are being sent as the context ends.
+    # Windows keeps files that are still being sent at the end of the context.
     with tempfile.TemporaryDirectory(prefix="bobrossnet-view-", ignore_cleanup_errors=True) as folder:
         packed = Path(folder)
 

@@ -1,7 +1,7 @@
-"""Joins modules of the page: the page, its element and each kind of worker are one file each for browsers to ask for.
+"""Bundles modules of the page: the page, its element and each kind of worker become one file each.
 
-A module becomes a function that runs once and returns what the module exports, so that no name has to be changed. Taken
-are the forms of imports and exports that the page's code has; any other is refused.
+A module becomes a function that runs once and returns its exports, so that no name has to change. Only the forms of
+imports and exports in the page's code are supported; any other form is refused.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ ENTRIES = (
     "workers/thread.js",
     "workers/tracer.js",
 )
-"""The modules that nothing imports. Joined, they keep their paths: addresses beside them stay as they are."""
+"""Entry modules, which no module imports. Bundled, they keep their paths, so that relative addresses stay valid."""
 
 WORKERS = ("completing", "reader", "thread", "tracer")
 
 SINGLE = "component/single.js"
-"""The entry of a page of a single file."""
+"""Entry of a single-file page."""
 
 WIDGET = "component/widget.js"
-"""The entry of the widget of notebooks."""
+"""Entry of the notebook widget."""
 
 BROUGHT = "core/brought.js"
 
@@ -48,13 +48,13 @@ OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 
 class Modules:
-    """The texts of modules, without their comments.
+    """The texts of modules, without comments.
 
     Parameters
     ----------
     folder : Path
     replaced : mapping of str to str, optional
-        Modules that have other texts than their files, by their paths in the folder.
+        Texts that replace files, by path in the folder.
     """
 
     def __init__(self, folder: Path, replaced: Mapping[str, str] | None = None) -> None:
@@ -68,15 +68,15 @@ class Modules:
 
 
 def joined(modules: Modules, entry: str) -> str:
-    """The text of a module with all that it imports, at once or later, but for what is not ours: of vendor/.
+    """Return the text of a module bundled with all static and dynamic imports, except those from vendor/.
 
-    Lines are not indented: that would take 3 % of the bytes that are sent, compressed.
+    Lines are not indented, which would add 3 % to the compressed size.
 
     Raises
     ------
     ValueError
-        If a module has an import or export of another form, imports what is not exported, needs itself, or has
-        addresses beside it and is at another depth of folders.
+        If a module has an unsupported import or export, imports a missing export, imports itself, or has relative
+        addresses and lies at another depth of folders.
     """
     parts: list[str] = []
     exports: dict[str, list[str]] = {}
@@ -112,19 +112,19 @@ def joined(modules: Modules, entry: str) -> str:
 
 
 def brought(modules: Modules, parts: Mapping[str, str]) -> str:
-    """The module that brings all workers and other parts with it (core/brought.js).
+    """Return the module that contains all workers and other parts (core/brought.js).
 
     Parameters
     ----------
     parts : mapping of str to str
-        Deflated bytes in base64, by paths.
+        Deflated bytes in base64, by path.
     """
     workers = {name: joined(modules, f"workers/{name}.js") for name in WORKERS}
     return f"export const BROUGHT = {json.dumps({'workers': workers, 'parts': dict(parts)})};\n"
 
 
 def _in_order(modules: Modules, entry: str) -> Iterator[str]:
-    """The module and all that it needs, each once, after what it needs itself."""
+    """Yield the module and its dependencies, each once, after its own dependencies."""
     seen: set[str] = set()
 
     def visit(path: str, within: tuple[str, ...]) -> Iterator[str]:
@@ -152,5 +152,5 @@ def _is_foreign(path: str) -> bool:
 
 
 def _name(path: str) -> str:
-    """Of a module's exports; none of our names has a dollar sign."""
+    """Return the name of a module's exports; no other name has a dollar sign."""
     return "$" + re.sub(r"\W", "_", path.removesuffix(".js"))

@@ -1,4 +1,4 @@
-"""How a page shows its scene: attributes of <bob-view>."""
+"""The look of a page: attributes of <bob-view>."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bobrossnet.pictures.rendering import BLACK, Background, background_rows
 
 
 def attributes(fov: float, background: Background) -> dict[str, str]:
-    """Those of a lens and a background, as `Camera` and `render` take them; none of what pages have anyhow.
+    """Return the attributes of a field of view and a background, as in `Camera` and `render`, without the defaults.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def attributes(fov: float, background: Background) -> dict[str, str]:
 
 
 def css(background: Background) -> str:
-    """A background as pages have it."""
+    """Return a background as a CSS value."""
     rows = background_rows(background, 2)
     if rows is None:
         return "transparent"
@@ -35,5 +35,5 @@ def css(background: Background) -> str:
 
 
 def written(look: Mapping[str, str], prefix: str = "") -> str:
-    """Attributes as HTML has them, each after a space."""
+    """Return attributes as HTML, each after a space."""
     return "".join(f' {prefix}{name}="{escape(value)}"' for name, value in look.items())

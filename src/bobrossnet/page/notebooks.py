@@ -1,5 +1,6 @@
-"""What shows itself as the value of a notebook's cell. Pictures and films do by themselves; here, what knows nothing of
-pictures.
+"""Displays of shapes, scenes and G-buffers as values of notebook cells.
+
+Pictures and films display themselves; these types do not depend on pictures.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ SIZE = (256, 256)
 
 
 def _drawn(scene: SceneLike) -> bytes:
-    """A small picture that the silhouette fills."""
+    """Render a small picture, filled by the silhouette."""
     scene = as_scene(scene)
     camera = fitted(scene, size=SIZE, margin=margin_of(scene, None, None))
     return render(scene, camera, size=SIZE)._repr_png_()
 
 
 def _traced(gbuffer: GBuffer) -> bytes:
-    """What was traced, and green where nothing was."""
+    """Draw the traced pixels over green."""
     return png(traced_on_green(gbuffer))
 
 
@@ -39,30 +40,30 @@ def view(
     size: SizeLike = (480, 640),
     background: Background = None,
 ) -> Any:
-    """Show a scene in a notebook, where hands turn it; needs the extra `notebook`.
+    """Show a scene in a notebook, to be turned by mouse or touch; needs the extra `notebook`.
 
-    It is traced in the browser, by what the notebook itself holds, so that it still turns when the kernel has ended.
+    The browser traces it from data within the notebook, so that it still turns after the kernel has ended.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-        One that orbits.
+        An orbiting camera.
     size : (height, width), or "WIDTHxHEIGHT"
-        In the pixels of the notebook, which may be less wide.
+        Size in CSS pixels; the notebook may be narrower.
     background : color, two colors, or None
         As in `render`.
 
     Returns
     -------
     SceneView
-        A widget. `widget.camera` is the camera at any time, and may be set; `widget.snapshot()` returns a Picture of
-        what it shows.
+        A widget. `widget.camera` is the current camera and can be set; `widget.snapshot()` returns a Picture of the
+        current view.
 
     Raises
     ------
     InputError
-        If anywidget is not installed, or the camera stands at a position.
+        If anywidget is not installed, or the camera has a position.
     """
     scene, camera, size = as_scene(scene), Camera() if camera is None else camera, check_size(size)
     try:
@@ -73,7 +74,7 @@ def view(
 
 
 def register() -> None:
-    """Let shapes, instances, scenes and G-buffers show themselves."""
+    """Register notebook displays of shapes, instances, scenes and G-buffers."""
     for kind in (Shape, Instance, Scene):
-        setattr(kind, "_repr_png_", _drawn)  # noqa: B010  types know no such method
+        setattr(kind, "_repr_png_", _drawn)  # noqa: B010  unknown to the type
     setattr(GBuffer, "_repr_png_", _traced)  # noqa: B010

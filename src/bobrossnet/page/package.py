@@ -1,4 +1,4 @@
-"""<bob-view> as an npm package: its files in a folder, for `npm pack` and `npm publish`.
+"""The npm package of <bob-view>: its files in a folder, for `npm pack` and `npm publish`.
 
 python -m bobrossnet.page.package FOLDER
 """
@@ -13,8 +13,9 @@ from pathlib import Path
 from bobrossnet import __version__
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.export import NETWORKS, export
-from bobrossnet.page.files import VIEWER, check_built
+from bobrossnet.page.files import check_built
 from bobrossnet.page.joining import COMPONENT, WORKERS, Modules, joined
+from bobrossnet.support.paths import VIEWER
 
 NAME = "bob-view"
 
@@ -46,7 +47,7 @@ def write_package(folder: Path) -> None:
     Raises
     ------
     InputError
-        If it can't be written, or was built without its WebAssembly modules.
+        If the folder can't be written, or the package was built without its WebAssembly modules.
     """
     check_built()
     modules = Modules(VIEWER)

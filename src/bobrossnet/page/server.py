@@ -1,4 +1,4 @@
-"""Serves the viewer's page to browsers on this machine alone."""
+"""A server of the viewer's page, for browsers on this machine alone."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HEADERS = {
             "frame-ancestors 'none'",
         ]
     ),
-    # So that the page's workers may share memory.
+    # Lets the page's workers share memory.
     "Cross-Origin-Embedder-Policy": "require-corp",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -37,14 +37,14 @@ HEADERS = {
 }
 
 LASTING = {".css", ".js", ".safetensors", ".svg", ".wasm"}
-"""The page's own code, which each of its workers fetches anew: browsers may keep it for a while."""
+"""Endings of the page's code, which browsers may cache for a while: each of its workers fetches it again."""
 
 VALID_HOST = re.compile(r"(?:[\w.~%-]+|\[[\da-fA-F:.]+\])(?::\d*)?")
-"""A name or an address of a host, with or without a port; no server of ours needs a user's name before it."""
+"""A host name or address with an optional port, without a user name."""
 
 
 def own_hosts(port: int) -> set[str]:
-    """Return the hosts of this machine's server, in lower case; without a port where that is HTTP's own."""
+    """Return the valid hosts of this server, in lower case; without a port if that is HTTP's default."""
     names = ("127.0.0.1", "localhost")
     return {f"{name}:{port}" for name in names} | ({*names} if port == HTTP_PORT else set())
 
@@ -57,20 +57,20 @@ class Server(ThreadingHTTPServer):
     files : Files
         Everything that can be requested.
     port : int in 0..65535
-        0 takes a free one.
+        0 takes any free port.
 
     Raises
     ------
     InputError
-        If the port is out of range or can't be had.
+        If the port is out of range or unavailable.
     """
 
     daemon_threads = True
-    # Either would let another server have the same port: the first on Windows, the second elsewhere.
+    # Either would let another server share the port: the first on Windows, the second elsewhere.
     allow_reuse_address = sys.platform != "win32"
     allow_reuse_port = False
     request_queue_size = 1024
-    """Connections that may wait to be accepted: the system drops those beyond, and each tries again a second later."""
+    """Queue of unaccepted connections: the system drops further ones, and each retries after a second."""
 
     def __init__(self, files: Files, port: int = 0) -> None:
         self.files = dict(files)
@@ -81,7 +81,7 @@ class Server(ThreadingHTTPServer):
         self.hosts = own_hosts(self.server_port)
 
     def server_bind(self) -> None:
-        if sys.platform == "win32":  # where others could take the port otherwise
+        if sys.platform == "win32":  # otherwise others could take the port
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
         super().server_bind()
 
@@ -90,7 +90,7 @@ class Server(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_port}/"
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Browsers close connections whose answers they no longer need; any other error is reported."""
+        """Ignore browsers that close connections early; report any other error."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)  # type: ignore[arg-type]
 
@@ -98,7 +98,7 @@ class Server(ThreadingHTTPServer):
 class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
-    timeout = 60  # of idle connections
+    timeout = 60  # seconds, of idle connections
     disable_nagle_algorithm = True
 
     def do_GET(self) -> None:
@@ -108,7 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer()
 
     def _answer(self) -> None:
-        # A foreign page could reach this server under another name for 127.0.0.1; its requests give it away.
+        # A foreign page could reach this server under another name for 127.0.0.1; the Host header reveals it.
         hosts = self.headers.get_all("Host", [])
         if len(hosts) != 1:
             return self.send_error(HTTPStatus.BAD_REQUEST, f"expected one Host, got {len(hosts)}")
@@ -118,7 +118,7 @@ class _Handler(BaseHTTPRequestHandler):
             if origin.lower().removeprefix("http://") not in self.server.hosts:
                 return self.send_error(HTTPStatus.FORBIDDEN, "expected a request of this page")
         target = self.path
-        if not target.startswith("/"):  # a whole URL, as proxies are sent
+        if not target.startswith("/"):  # an absolute URL, as sent to proxies
             scheme, separator, rest = target.partition("://")
             host, slash, rest = rest.partition("/")
             if not separator or (host and not VALID_HOST.fullmatch(host)):
@@ -144,7 +144,7 @@ class _Handler(BaseHTTPRequestHandler):
         return None
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Also called by the base class, for malformed requests and other methods."""
+        """Send an error; the base class also calls this for malformed requests and other methods."""
         status = HTTPStatus(code)
         body = f"{status.value} {message or status.phrase}\n".encode()
         self.close_connection = True

@@ -1,4 +1,4 @@
-"""<bob-view> as a widget of notebooks, by anywidget: JupyterLab, VS Code, Marimo and others show it."""
+"""<bob-view> as a notebook widget, by anywidget, for JupyterLab, VS Code, Marimo and others."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import traitlets
 
 from bobrossnet.adapters.container import packed
 from bobrossnet.page.export import single_file_parts
-from bobrossnet.page.files import VIEWER
 from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
 from bobrossnet.page.look import css
 from bobrossnet.picture.camera import Camera
@@ -18,13 +17,14 @@ from bobrossnet.picture.order import Size
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, render
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import Scene
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
 
 
 def script(scene: Scene) -> str:
-    """The widget's module with all that it needs to show a scene."""
+    """Return the widget's module with everything that it needs to show a scene."""
     modules = Modules(VIEWER)
     return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts(scene))}), WIDGET)
 
@@ -40,12 +40,12 @@ def _from_page(numbers: dict[str, Any], _: Any = None) -> Camera:
 
 
 class SceneView(anywidget.AnyWidget):
-    """A scene in a notebook, which hands turn; `bobrossnet.view` makes it.
+    """A scene in a notebook, turned by mouse or touch; `bobrossnet.view` makes it.
 
     Attributes
     ----------
     camera : Camera
-        As it is seen now; another one turns the scene. It orbits: a camera at a position is refused.
+        The current camera; setting it turns the scene. Must orbit: a camera with a position is refused.
     """
 
     _esm = traitlets.Unicode().tag(sync=True)
@@ -76,17 +76,17 @@ class SceneView(anywidget.AnyWidget):
         return f"SceneView({self._shown!r}, {self.camera!r})"
 
     def snapshot(self, **options: Any) -> Picture:
-        """The scene as it is seen now, exact and with smooth edges, drawn by the kernel.
+        """Render the current view with antialiasing, every pixel traced, in the kernel.
 
         Parameters
         ----------
         **options
-            As `bobrossnet.render` has them; size and background are the widget's by default.
+            As in `bobrossnet.render`; size and background default to the widget's.
         """
         return render(self._shown, self.camera, **{"size": tuple(self.size), "background": self._behind, **options})
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        """With a picture, for what shows notebooks and no widgets."""
+        """Include a picture, for programs that show notebooks without widgets."""
         bundle = super()._repr_mimebundle_(**kwargs)
         if bundle is None:
             return None

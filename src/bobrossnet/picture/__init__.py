@@ -1,1 +1,1 @@
-"""What tracing and completion share: cameras, pixel orders, G-buffers, and files of pictures."""
+"""Shared by tracing and completion: cameras, pixel orders, G-buffers, and picture files."""

@@ -12,29 +12,31 @@ from bobrossnet import _core
 from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number
 
 MAX_ANGLE = 1e6
-"""Degrees either way; there float32 still tells angles apart that differ by a sixteenth of a degree."""
+"""Degrees in either direction; here float32 still resolves a sixteenth of a degree."""
 
 MIN_FOV, MAX_FOV = 0.1, 175.0
-"""Degrees; beyond, a picture is nearly orthographic, or nearly all of it lies at its edges."""
+"""Degrees. Below, a picture is nearly orthographic; above, nearly all of it lies at its edges."""
 
 MAX_DISTANCE = 1e6
-"""Radii of the scene from which it can be seen: far less than a pixel's width is rounded there."""
+"""Maximum distance of a camera, in radii of the scene; rounding is still far below a pixel's width."""
 
 Triple: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that orbits the scene's bounding sphere, orthographic or, with a `fov`, in perspective; or one that
-    stands anywhere, also within the scene, at a `position`.
+    """A camera, orthographic or, with a `fov`, in perspective.
+
+    It orbits the scene's bounding sphere, or stands at a `position` outside or inside the scene.
 
     Raises
     ------
     InputError
-        If a value is not a finite number, azimuth or roll are beyond `MAX_ANGLE`, the elevation lies beyond the poles,
-        the zoom is not above 0, the fov neither 0 nor within `MIN_FOV` and `MAX_FOV`, or the pan beyond a million; if a
-        position comes without a fov or with an orbit, target or up without a position, the target is the position, or
-        up is along the line of sight. Where there is no target, this is known, and raised, once there is a scene.
+        If a value is not a finite number; if azimuth or roll exceed `MAX_ANGLE`, the elevation passes the poles, the
+        zoom is not positive, the fov is neither 0 nor within `MIN_FOV` and `MAX_FOV`, or the pan exceeds a million; if
+        a position comes without a fov or with angles of an orbit, or target or up without a position; or if target and
+        position coincide, or up is parallel to the line of sight. Without a target, the last two are checked once a
+        scene is given.
 
     Examples
     --------
@@ -50,21 +52,25 @@ class Camera:
     elevation: float = 20.0
     """Degrees above the horizon, -90..90; 90 looks straight down."""
     roll: float = 0.0
-    """Degrees; turns the camera anticlockwise about its line of sight, so that the picture turns clockwise."""
+    """Degrees; turns the camera anticlockwise about its line of sight, and so the picture clockwise."""
     zoom: float = 1.0
-    """1 fits the bounding sphere exactly into the shorter side of the image, 2 shows half as much. In perspective 2 is
-    a lens of twice the focal length: the camera stays where it is."""
+    """Enlargement; 1 fits the bounding sphere exactly into the shorter side of the image, 2 doubles its size.
+
+    In perspective it scales the focal length: the camera does not move.
+    """
     fov: float = field(default=0.0, kw_only=True)
-    """Degrees from the lower to the upper border of the image at zoom 1. The camera then stands where the bounding
-    sphere fits exactly into the shorter side, or at its position. 0, or None, is orthographic."""
+    """Vertical field of view in degrees at zoom 1; 0 or None is orthographic.
+
+    In an orbit, the camera stands where the bounding sphere fits exactly into the shorter side.
+    """
     pan: tuple[float, float] = field(default=(0.0, 0.0), kw_only=True)
-    """How far the camera is moved right and up, together with what it looks at, in radii of the bounding sphere."""
+    """Translation of camera and target to the right and up, in radii of the bounding sphere."""
     position: Triple | None = field(default=None, kw_only=True)
-    """Where the camera stands, (3,) in the scene's units, instead of azimuth and elevation."""
+    """Position of the camera, (3,) in the scene's units, instead of azimuth and elevation."""
     target: Triple | None = field(default=None, kw_only=True)
-    """What a camera at a position looks at, (3,) in the scene's units; by default the bounding sphere's centre."""
+    """Target of a camera at a position, (3,) in the scene's units; by default the bounding sphere's centre."""
     up: Triple = field(default=(0.0, 0.0, 1.0), kw_only=True)
-    """What is up for a camera at a position: a direction (3,) of any length but zero, not along the line of sight."""
+    """Up direction of a camera at a position, (3,), of any nonzero length, not along the line of sight."""
 
     def __post_init__(self) -> None:
         if self.fov is None:
@@ -127,14 +133,14 @@ class Camera:
         return f"Camera({', '.join(shown)})"
 
     def core(self, center: ArrayLike, radius: float) -> _core.Camera:
-        """The camera in the core, which sees a scene in the unit sphere.
+        """Return the core's camera, for the scene scaled to the unit sphere.
 
         Parameters
         ----------
         center : (3,) float
-            Of the scene's bounding sphere.
+            Centre of the scene's bounding sphere.
         radius : float
-            Of the same.
+            Radius of the scene's bounding sphere.
         """
         standpoint = None
         if self.position is not None:
@@ -161,14 +167,14 @@ class Camera:
 
 
 def check_camera(camera: Any) -> Camera:
-    """Return `camera` if it is one."""
+    """Return `camera`; raise InputTypeError unless it is a Camera."""
     if not isinstance(camera, Camera):
         raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
     return camera
 
 
 def orbiting(camera: Camera | None) -> Camera:
-    """Return the camera, by default the first, if it orbits; raise InputError if it stands at a position."""
+    """Return an orbiting camera, by default `Camera()`; raise InputError if it stands at a position."""
     camera = check_camera(Camera() if camera is None else camera)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")

@@ -1,4 +1,4 @@
-"""Channels: what is known of a pixel, as the core declares it (core/picture/channels.h), and layouts of several."""
+"""Channels, the named values of a pixel declared in core/picture/channels.h, and layouts of several."""
 
 from __future__ import annotations
 
@@ -8,32 +8,34 @@ from bobrossnet import _core
 
 
 class Channel(NamedTuple):
-    """One named value of a pixel, or several together."""
+    """A named value of a pixel, with one or more components."""
 
     name: str
     components: int
     low: float
-    """The least value; the largest is `high`."""
+    """The minimum value; the maximum is `high`."""
     high: float
     missed: float
     """The value of all components where a ray missed."""
     seen: bool
-    """Whether what lies behind all surfaces has a value of its own."""
+    """Whether the background behind all surfaces has a value."""
 
 
 CHANNELS = {row[0]: Channel(*row) for row in _core.channels()}
-"""By their names."""
+"""All channels by name."""
 
 
 class Layout:
-    """Which channels an array holds, one after the other: planes (C, H, W), or samples (n, C).
+    """The channels of an array, in sequence: planes (C, H, W), or samples (n, C).
+
+    The first channel of a G-buffer and of samples is the mask; in samples it is 1 where the ray hit.
 
     Of a G-buffer and of samples the first channel is the mask; in samples it says whether the ray hit.
 
     Parameters
     ----------
     names : str
-        Names of channels, with commas between them. ValueError if there is no such channel.
+        Comma-separated names of channels. ValueError for an unknown name.
     """
 
     def __init__(self, names: str) -> None:
@@ -57,17 +59,17 @@ class Layout:
         return f"Layout({self.names!r})"
 
     def __reduce__(self) -> tuple[type[Layout], tuple[str]]:
-        return Layout, (self.names,)  # what is in the core can't be copied
+        return Layout, (self.names,)  # the core's objects can't be copied
 
 
 TRACED = Layout(_core.gbuffer_layout().names)
-"""What the core's tracer finds."""
+"""Channels of the core's tracer in scenes without colours."""
 
 COLORED = Layout(f"{TRACED.names},color,albedo")
-"""What it finds in scenes that have colours."""
+"""Channels of the core's tracer in scenes with colours."""
 
 GIVEN = Layout("mask,gray,depth,normal")
-"""What users give for a G-buffer or samples, and `GBuffer.stack` returns."""
+"""Channels of `GBuffer.stack`, and of users' G-buffers and samples."""
 
 GUIDES = Layout("mask,depth,normal,albedo")
-"""What is known of all pixels, where shading is known of few."""
+"""Channels known at all pixels, where shading is known at a few."""

@@ -1,4 +1,4 @@
-"""Environments: pictures of light from all directions, .hdr, .exr, or what displays show."""
+"""Environment maps: radiance from all directions, from .hdr, .exr or display-referred pictures."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from bobrossnet.support.errors import InputError, check_array
 from bobrossnet.support.paths import path_of
 
 MAX_TEXELS = 8192 * 4096
-"""Of an environment: 400 MB of it. Light from it is no smoother from larger ones."""
+"""Maximum number of pixels, 400 MB. Larger maps make no smoother light."""
 
 
 def read_environment(image: str | os.PathLike[str] | Any) -> NDArray[np.float32]:
-    """Linear radiance, (H, W, 3) float32, of a file or an array.
+    """Return the linear radiance of a file or an array, (H, W, 3) float32.
 
     Raises
     ------
     InputError
-        If the file can't be read, values are negative or not finite, or there are too many pixels.
+        If the file can't be read, values are negative or not finite, or the map has too many pixels.
     """
     if not isinstance(image, str | os.PathLike):
         array = check_array("image", image, (None, None, 3))
@@ -84,9 +84,9 @@ def _of_picture(path: Path) -> NDArray[np.float32]:
 
 
 def read_hdr(data: bytes, name: str = "image") -> NDArray[np.float32]:
-    """A Radiance picture, (H, W, 3) float32: runs of each component, or plain pixels.
+    """Decode a Radiance picture, run-length encoded or flat, to (H, W, 3) float32.
 
-    Ward, "Real Pixels", Graphics Gems II (1991): a pixel is three mantissas and the exponent that they share.
+    Ward, "Real Pixels", Graphics Gems II (1991): a pixel is three mantissas and one shared exponent.
     """
     head = re.match(rb"#\?[^\n]*\n(?:[^\n]+\n)*\n-Y (\d{1,6}) \+X (\d{1,6})\n", data[:65536])
     if head is None:
@@ -122,7 +122,7 @@ def _read_runs(data: bytes, rgbe: NDArray[np.uint8], name: str) -> None:
             count = data[at]
             is_run = count > 128
             length = count - 128 if is_run else count
-            # A run ends with its component, as those of all writers do.
+            # A run ends within its component, as every writer ensures.
             if length == 0 or filled % width + length > width:
                 raise InputError(f"{name}: row {y} has a run beyond its end")
             if is_run:

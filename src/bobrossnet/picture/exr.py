@@ -1,7 +1,7 @@
-"""OpenEXR files: pictures of any range, with a channel for everything that is known. Needs the extra `exr`.
+"""OpenEXR files with any number of channels and any range. Needs the extra `exr`.
 
-Their channels are called LAYER.COMPONENT. Which of them is what is told by names that are usual: those of Blender's
-passes, of Mitsuba's AOVs, and those that denoisers ask for.
+The channels are named LAYER.COMPONENT. Their roles follow from common names: Blender's passes, Mitsuba's AOVs, and
+the auxiliary images of denoisers.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bobrossnet.support.paths import check_file, path_of
 
 F32 = NDArray[np.float32]
 Planes = dict[str, NDArray[Any]]
-"""(H, W) float32, float16 or uint32, by the channels' names."""
+"""Planes, (H, W) float32, float16 or uint32, by channel name."""
 
 ENDING = ".exr"
 
@@ -43,24 +43,27 @@ OF_PICTURE = (
 """Attributes that a completed picture has as well: where it is, and what its numbers mean."""
 
 KNOWN_BETWEEN = 0.05
-"""A layer is known at all pixels if it has values at so many of those that the mask leaves out, against the others."""
+"""A layer is dense if its rate of nonzero values outside the mask is at least this fraction of the rate inside."""
 
 BEYOND = 1e9
-"""Depths that are larger are of nothing: Blender has 1e10 there."""
+"""Larger depths are background: Blender writes 1e10 there."""
 
 UNIT = 0.02
-"""A layer with X, Y and Z holds normals if their lengths are that near to 1 or 0; others are positions or motion."""
+"""Tolerance of normals: a layer with X, Y and Z holds normals if their lengths are near 1 or 0.
+
+Other layers are positions or motion.
+"""
 
 
 @dataclass(frozen=True)
 class ExrFile:
-    """The channels of a file, and which of them are what."""
+    """The channels of a file and their roles."""
 
     planes: Planes
     roles: dict[str, list[str]]
-    """Of `ROLES`, those that are there: the names of their channels, in the order of components."""
+    """Channel names of each of the `ROLES` present, in the order of components."""
     header: dict[str, Any]
-    """What the file says of the picture as a whole."""
+    """Attributes of the whole picture from the file's header."""
 
     @property
     def size(self) -> Size:
@@ -69,7 +72,7 @@ class ExrFile:
         return height, width
 
     def role(self, name: str) -> F32 | None:
-        """(H, W), or (H, W, components) float32 where a role has several; None if it is not there."""
+        """Return the channel of a role, (H, W) or (H, W, components) float32, or None if the file lacks it."""
         names = self.roles.get(name)
         if not names:
             return None
@@ -77,7 +80,7 @@ class ExrFile:
         return values[..., 0] if len(names) == 1 else values
 
     def traced(self) -> NDArray[np.bool_]:
-        """Which pixels are known: where the mask is not 0, which may be the alpha, or else where there is light."""
+        """Return the known pixels: where the mask or alpha is not 0, or without these, where there is light."""
         color, mask = self.role("color"), self.role("mask")
         assert color is not None
         light = color.reshape(*self.size, -1)
@@ -86,7 +89,7 @@ class ExrFile:
         return known
 
     def gbuffer(self) -> GBuffer:
-        """What was traced; what is known of all pixels are its guides."""
+        """Return the traced pixels as a G-buffer; channels known at all pixels become its guides."""
         traced = self.traced()
         color = self.role("color")
         assert color is not None
@@ -107,26 +110,28 @@ class ExrFile:
         return GBuffer(mask=traced.astype(np.float32), **light, **known, guides=Guides(**dense) if dense else None)
 
     def is_dense(self, name: str) -> bool:
-        """Whether a channel is known at all pixels: it, or the others of its role, are about as often 0 elsewhere as
-        where the mask is not 0."""
+        """Return whether a channel is known at all pixels.
+
+        It is if it, or the other channels of its role, are nonzero about equally often outside and inside the mask.
+        """
         group = next((names for names in self.roles.values() if name in names), [name])
         traced, present = self.traced(), np.any([self.planes[each] != 0 for each in group], axis=0)
         return bool(traced.all() or present[~traced].mean() >= KNOWN_BETWEEN * present[traced].mean())
 
 
 def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = None) -> ExrFile:
-    """Read a file of scanlines or tiles, of one part or several of the same size.
+    """Read a file of scanlines or tiles, with one part or several of equal size.
 
     Parameters
     ----------
     path : str or path
     names : mapping, optional
-        From "color", "depth", "normal", "albedo" and "mask" to a layer or a channel, where usual names don't tell.
+        Maps "color", "depth", "normal", "albedo" and "mask" to a layer or a channel, where common names do not decide.
 
     Raises
     ------
     InputError
-        If OpenEXR is not installed, the file can't be read, has no colours, or a name is of no layer of it.
+        If OpenEXR is not installed, the file can't be read or has no colours, or a name matches no layer of it.
     """
     openexr = _openexr()
     path = path_of(path)
@@ -134,14 +139,14 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
         check_file(path)
     try:
         with path.open("rb"):
-            pass  # OpenEXR also prints that it can't
+            pass  # OpenEXR also prints its errors
     except OSError as error:
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
     try:
         with openexr.File(str(path), separate_channels=True) as file:
             # A file that is closed takes its headers with it.
             parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
-    except Exception as error:  # it has no class of its own
+    except Exception as error:  # OpenEXR raises plain exceptions
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {reason}") from None
     planes: Planes = {}
@@ -171,7 +176,7 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
 def write_exr(
     path: str | os.PathLike[str], planes: Mapping[str, NDArray[Any]], header: Mapping[str, Any] | None = None
 ) -> None:
-    """Write channels, (H, W) float32, float16 or uint32, by their names, whole or not at all, without loss."""
+    """Write channels, (H, W) float32, float16 or uint32, by name, without loss; a failed write leaves no file."""
     openexr = _openexr()
     place = check_writable(path, "a picture", [ENDING])
     channels = {name: np.ascontiguousarray(pixels) for name, pixels in planes.items()}
@@ -183,7 +188,7 @@ def write_exr(
 
 
 def _roles(planes: Planes) -> dict[str, list[str]]:
-    """Which channels are what, by usual names."""
+    """Assign roles to channels by common names."""
     layers: dict[str, dict[str, str]] = {}
     for name in planes:
         layer, _, component = name.rpartition(".")
@@ -217,7 +222,7 @@ def _roles(planes: Planes) -> dict[str, list[str]]:
         *(components(layer, letter) for layer in deep for letter in "ZVTYR"),
         *(components(layer, "Z") for layer in main if "X" not in layers[layer]),
         *(components(layer, ["DEPTH"]) for layer in layers),
-        *(components(layer, "T") for layer in layers),  # of Mitsuba's AOV, whatever it is called
+        *(components(layer, "T") for layer in layers),  # of Mitsuba's AOV, under any name
     )
     pointing = [
         layer for layer in layers if components(layer, "XYZ") and _are_normals(planes, components(layer, "XYZ"))
@@ -241,11 +246,11 @@ def _roles(planes: Planes) -> dict[str, list[str]]:
 def _are_normals(planes: Planes, names: list[str]) -> bool:
     length = np.sqrt(sum(np.nan_to_num(planes[name].astype(np.float64)) ** 2 for name in names))
     fit = (np.abs(length - 1) < UNIT) | (length < UNIT)
-    return bool(length.max(initial=0) < 1 + UNIT and fit.mean() > 0.5)  # along edges they are means
+    return bool(length.max(initial=0) < 1 + UNIT and fit.mean() > 0.5)  # along edges, normals are means
 
 
 def _named(path: Path, planes: Planes, role: str, name: str) -> list[str]:
-    """The channels of a layer, or the one of that name."""
+    """Return the channels of the layer, or the channel, of that name."""
     if name in planes:
         return [name]
     letters = {"color": "RGB", "albedo": "RGB", "normal": "XYZ"}.get(role)
@@ -262,7 +267,7 @@ def _listed(planes: Planes) -> str:
 
 
 def _toward_viewer(normal: F32) -> F32:
-    """Normals of the scene's space as if seen from where most of them point: G-buffers have those of screen space."""
+    """Turn world-space normals to a view along their mean direction: G-buffers have screen-space normals."""
     mean = normal.reshape(-1, 3).mean(axis=0, dtype=np.float64)
     if not (size := float(np.linalg.norm(mean))):
         return normal

@@ -1,10 +1,11 @@
-"""Pictures of what was traced and completed, for people to look at."""
+"""Pictures of traced and completed pixels, as images and files."""
 
 from __future__ import annotations
 
 import io
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +13,14 @@ from numpy.typing import NDArray
 from bobrossnet.color import to_srgb
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError
+from bobrossnet.support.errors import InputError, check_array, check_finite, shape_of
 from bobrossnet.support.paths import path_of
 
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
 
 UNTRACED = (0, 150, 70)
-"""Green: a colour that no shade of gray is."""
+"""Green: distinct from every shade of gray."""
 
 FORMATS = {
     ".png": "PNG",
@@ -36,38 +37,38 @@ OPAQUE = {"JPEG", "BMP"}
 """Formats without transparency."""
 
 PNG_LEVEL = 3
-"""Of compression: files are about as small as at 6, the default, in half the time."""
+"""zlib compression level: files are about the size of level 6, the default, in half the time."""
 
 CAPTION_HEIGHT = 26
 GAP = 4
 
 
 def to_8_bit(values: F32) -> U8:
-    """Values in 0..1 to uint8, without a curve: maps of errors, coverage, and what is sRGB already."""
+    """Convert values in 0..1 to uint8 without a transfer function: error maps, coverage, and sRGB values."""
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def color_to_8_bit(color: F32) -> U8:
-    """Light as displays show it: linear gray, (H, W), or RGB, (H, W, 3), to sRGB of the same shape, uint8.
+    """Convert linear gray, (H, W), or RGB, (H, W, 3), to sRGB uint8 of the same shape.
 
-    The one tone of all pictures, exact or completed, white or coloured; brighter than 1 is white.
+    The one tone curve of all pictures, exact or completed, white or coloured; values above 1 are clamped to white.
     """
     return to_8_bit(to_srgb(color))
 
 
 def traced_on_green(gbuffer: GBuffer) -> U8:
-    """The traced pixels, and green where none was: (H, W, 3) uint8."""
+    """Return the traced pixels over green, (H, W, 3) uint8."""
     shown = color_to_8_bit(gbuffer.color if "color" in gbuffer.channels else gbuffer.gray[..., None])
     return np.where(gbuffer.mask[..., None] > 0, shown, np.array(UNTRACED, np.uint8))
 
 
 def side_by_side(panels: list[tuple[U8, str]]) -> U8:
-    """Images of one size next to each other, each above its caption: (H', W', 3) uint8."""
+    """Return images of equal size in a row, each above its caption: (H', W', 3) uint8."""
     return sheet(panels, len(panels))
 
 
 def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
-    """The same in rows of so many, the last of which may be shorter."""
+    """Return images of equal size in rows of `columns`; the last row may be shorter."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = panels[0][0].shape[:2]
@@ -77,7 +78,7 @@ def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
     for i, (image, caption) in enumerate(panels):
         left, top = i % columns * (width + GAP), i // columns * (height + CAPTION_HEIGHT)
         drawn.paste(Image.fromarray(image), (left, top))
-        # The largest type that fits: captions must not run into their neighbours in small pictures.
+        # The largest font size that fits: in small pictures, captions must not overlap.
         for size in range(15, 5, -1):
             font = ImageFont.load_default(size)
             if draw.textlength(caption, font=font) <= width - 8:
@@ -93,7 +94,7 @@ def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
 
 
 def before(color: str, rgba: U8) -> U8:
-    """A picture, (H, W, 4) uint8, before a colour that Pillow knows: (H, W, 3) uint8."""
+    """Composite a picture, (H, W, 4) uint8, over a colour known to Pillow: (H, W, 3) uint8."""
     from PIL import Image
 
     picture = Image.fromarray(rgba)
@@ -102,35 +103,58 @@ def before(color: str, rgba: U8) -> U8:
 
 def png(image: U8) -> bytes:
     """A picture's file, as notebooks show it."""
-    from PIL import Image
-
-    content = io.BytesIO()
-    Image.fromarray(image).save(content, "PNG", compress_level=PNG_LEVEL)
-    return content.getvalue()
+    return encoded(image, "PNG", "picture")
 
 
 def check_picture_path(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a picture can be written there, before any time is spent on making it."""
+    """Return `path` if a picture can be written there; checked before any time is spent on the picture."""
     return check_writable(path, "a picture", FORMATS)
 
 
 def is_opaque(path: str | os.PathLike[str]) -> bool:
-    """Whether a picture's ending is that of a format without transparency."""
+    """Return whether the path's ending names a format without transparency."""
     return FORMATS.get(path_of(path).suffix.lower()) in OPAQUE
+
+
+def save(image: Any, path: str | os.PathLike[str]) -> None:
+    """Write an array of light as a picture.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) floats, or (H, W), (H, W, 3) or (H, W, 4) uint8
+        Linear gray or linear RGB, such as what `complete` returns; values beyond 1 are white. uint8 is sRGB and written
+        as it is.
+    path : str or path
+        Its ending names the format: .png, .jpg, .webp, .avif, .bmp or .tif.
+
+    Raises
+    ------
+    InputError
+        If the array has another shape or NaN in it, or the path can't be written.
+    """
+    array = check_array("image", image, (None, None) if len(shape_of(image)) == 2 else (None, None, None))
+    channels = (3, 4) if array.dtype == np.uint8 else (3,)
+    if 0 in array.shape or (array.ndim == 3 and array.shape[2] not in channels):
+        raise InputError(f"image: expected shape (height, width) or (height, width, 3), got {array.shape}")
+    write_picture(path, array if array.dtype == np.uint8 else color_to_8_bit(check_finite("image", array)))
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     """Write (H, W), (H, W, 3) or (H, W, 4) uint8 in the format that the ending says, whole or not at all; before black
     where that has no transparency."""
+    path = check_picture_path(path)
+    write_whole(path, encoded(image, FORMATS[path.suffix.lower()], str(path)))
+
+
+def encoded(image: U8, kind: str, name: str) -> bytes:
+    """The bytes of a picture's file; `kind` is one of `FORMATS`, `name` is for errors."""
     from PIL import Image
 
-    path = check_picture_path(path)
     content = io.BytesIO()
-    kind = FORMATS[path.suffix.lower()]
     has_alpha = image.ndim == 3 and image.shape[2] == 4
-    picture = Image.fromarray(before("black", image) if has_alpha and is_opaque(path) else image)
+    picture = Image.fromarray(before("black", image) if has_alpha and kind in OPAQUE else image)
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
     except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
-        raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
-    write_whole(path, content.getvalue())
+        raise InputError(f"{name}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
+    return content.getvalue()

@@ -1,4 +1,4 @@
-"""The G-buffer: what is known of the first visible surface at the traced pixels."""
+"""The G-buffer: AOVs of the first visible surface at the traced pixels."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from bobrossnet.support.errors import InputError
 
 
 class GBuffer(Channels):
-    """A picture of which some pixels were traced. Immutable; all arrays are float32 and read-only.
+    """A partly traced picture. Immutable; all arrays are float32 and read-only.
 
     Parameters
     ----------
@@ -35,23 +35,23 @@ class GBuffer(Channels):
     gray : (H, W) float32 of at least 0, optional
         By default the luminance of `color`. Display-referred in 0..1, or of any range: see `transfer`.
     depth : (H, W) float32, optional
-        0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along
-        the line of sight, in perspective by the distance from the camera, which may stand within the sphere. If any
-        value is outside of that, distances from the camera in any unit. By default 0.5 where traced.
+        In 0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest, linear along the
+        line of sight; in perspective linear in the distance from the camera, which may stand within the sphere. If any
+        value exceeds this range, all are distances from the camera in any unit. By default 0.5 where traced.
     normal : (H, W, 2) float32 in -1..1, optional
-        In screen space, x right and y up; of unit length together with a z >= 0 towards the camera. In perspective
-        relative to each pixel's own ray, which z points back along. By default 0: towards the camera.
+        In screen space, x right and y up; unit length together with z >= 0 towards the camera. In perspective,
+        relative to each pixel's ray: z points back along it. By default 0, towards the camera.
     color : (H, W, 3) float32 of at least 0, optional
         Linear RGB of the picture, in the range of gray.
     albedo : (H, W, 3) float32 in 0..1, optional
-        Linear RGB of the surface itself, white by default.
+        Linear RGB of the surface, white by default.
     variance : (H, W) float32 of at least 0, optional
-        Of the gray, where it was drawn at random: the variance of its mean. By default 0.
+        Variance of the mean of a noisy gray, for path-traced pixels. By default 0.
     guides : Guides, optional
-        What is known of all pixels, also where the mask is 0: completion then follows them.
+        Channels known at all pixels, also where the mask is 0; completion then follows them.
 
-    Values where the mask is 0 are discarded: all arrays but the guides are 0 there. Where a ray missed, the mask is 1
-    and depth, normal and albedo are 0: known background, which is black, or shines in gray or color.
+    Values where the mask is 0 are discarded: there all arrays except the guides are 0. Where a ray missed, the mask is
+    1 and depth, normal and albedo are 0: known background, black unless gray or color is above 0.
 
     Raises
     ------
@@ -64,12 +64,12 @@ class GBuffer(Channels):
     __slots__ = ("guides", "is_display_referred", "layout", "planes")
 
     layout: Layout
-    """The channels that it holds."""
+    """The channels of the planes."""
     planes: F32
-    """All of them, (C, H, W) in the layout's order."""
+    """All planes, (C, H, W) in the layout's order."""
     guides: Guides | None
     is_display_referred: bool
-    """Whether gray, colour and depth are known to be in 0..1, as of the core's tracer; else they are looked at."""
+    """Whether gray, colour and depth are known to be in 0..1, as from the core's tracer; otherwise they are checked."""
 
     def __init__(
         self,
@@ -122,8 +122,7 @@ class GBuffer(Channels):
     def from_stack(
         cls, planes: F32, layout: Layout = GIVEN, guides: Guides | None = None, is_display_referred: bool = True
     ) -> GBuffer:
-        """A G-buffer that takes over planes of a layout, by default as `stack` returns them, unchecked and without a
-        copy."""
+        """Make a G-buffer from planes of a layout, by default those of `stack`, without checks or a copy."""
         gbuffer = object.__new__(cls)
         gbuffer._own(planes, layout, guides, is_display_referred)
         return gbuffer
@@ -144,18 +143,18 @@ class GBuffer(Channels):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The names of all channels, in the order of their planes."""
+        """Names of all channels, in the order of their planes."""
         return tuple(self.layout.places)
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
+        """Return a channel, (H, W) or (H, W, components). KeyError if the G-buffer lacks it."""
         if name not in self.layout.places and name in DERIVED:
             return DERIVED[name](self)
         return of_planes(self.planes, self.layout, name)
 
     @property
     def transfer(self) -> Transfer | None:
-        """How gray, colour and depth of any range become those that networks know; None where they are in 0..1."""
+        """The mapping of gray, colour and depth to the networks' range; None if they are in 0..1."""
         return None if self.is_display_referred else transfer_of(self.planes, self.layout)
 
     @property
@@ -177,10 +176,10 @@ class GBuffer(Channels):
         return planes
 
     def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
-        """Keep the first pixels of an order, as if only they had been traced.
+        """Keep the first pixels of an order, as if only these had been traced.
 
-        For a full G-buffer this equals `trace` with the same fraction, order and seed. In a partial one, pixels of the
-        order that were not traced stay untraced.
+        For a full G-buffer this equals `trace` with the same fraction, order and seed. In a partial one, untraced
+        pixels of the order stay untraced.
 
         Parameters
         ----------
@@ -212,10 +211,10 @@ class GBuffer(Channels):
 
 
 def untraced_planes(size: Size, layout: Layout) -> F32:
-    """Zeros, (C, H, W), for `scatter` to fill.
+    """Allocate zeros, (C, H, W), for `scatter` to fill.
 
-    For pictures of gigabytes the system takes seconds to provide the memory, page by page as it is first touched. That
-    happens here, piece by piece, where Ctrl-C is noticed, rather than all at once at the first random pixels.
+    For pictures of gigabytes the system takes seconds to provide the memory, page by page at first touch. That happens
+    here in steps, where Ctrl-C is noticed, not all at once at the first random pixels.
     """
     planes = np.empty((layout.width, *size), np.float32)
     flat = planes.reshape(-1)

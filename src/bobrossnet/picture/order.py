@@ -1,4 +1,4 @@
-"""Pixel orders: in which sequence the pixels of an image are traced."""
+"""Pixel orders: the sequence in which the pixels of an image are traced."""
 
 from __future__ import annotations
 
@@ -20,49 +20,49 @@ from bobrossnet.support.errors import (
 
 Size: TypeAlias = tuple[int, int]
 SizeLike: TypeAlias = Size | str
-"""(height, width), or "WIDTHxHEIGHT" as people write it."""
+"""(height, width), or the text "WIDTHxHEIGHT"."""
 
 MAX_PIXELS = 2**28
-"""An image of 16384 x 16384: its five float32 arrays take 5.4 GB."""
+"""Maximum number of pixels, 16384 x 16384: the five float32 planes take 5.4 GB."""
 
 FIXED_ORDERS = ("uniform", "lattice")
-"""Functions of the seed and the size."""
+"""Orders that depend on the seed and the size alone."""
 
 ADAPTIVE = "adaptive"
-"""Goes where those before differ."""
+"""Name of the order that refines where traced pixels differ."""
 
 SQUARES = "squares"
-"""The same for rays that cost little: squares are divided whose pixels differ, row by row. The seed changes nothing."""
+"""Name of the adaptive order for cheap rays: it subdivides squares of unequal pixels row by row, without the seed."""
 
 PRIORITY = "priority"
-"""The same, where what differs counts by its area, so that squares may be larger at first."""
+"""Name of the variant of `SQUARES` that weights differences by area and starts with larger squares."""
 
 ORDERS_BY_SIGHT = (ADAPTIVE, SQUARES, PRIORITY)
-"""What comes next depends on what those before show."""
+"""Orders that depend on the traced values."""
 
 ORDERS = (*FIXED_ORDERS, *ORDERS_BY_SIGHT)
 
 DEFAULT_ORDER = ADAPTIVE
-"""What the name "default" means."""
+"""The order of the name "default"."""
 
 
 def pixel_order(
     size: SizeLike, *, order: str = "lattice", seed: int = 0, start: int = 0, count: int | None = None
 ) -> NDArray[np.int32]:
-    """Pixels in the sequence in which they are traced, of an order that does not depend on what they show.
+    """Return pixels in an order that does not depend on traced values.
 
-    Each visits every pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels are
-    the first of the 25 %.
+    Each order visits every pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels
+    are a prefix of the first 25 %.
 
     Parameters
     ----------
     size : (height, width) or "WIDTHxHEIGHT"
     order : "uniform" or "lattice"
-        "uniform": at random, all sequences alike. "lattice": square lattices of a tile of 64 x 64 pixels, each half of
-        the next, so that gaps are smaller; the seed does not move them.
+        "uniform": at random, all sequences equally likely. "lattice": square lattices of a tile of 64 x 64 pixels,
+        each half of the next, for smaller gaps; the seed does not move them.
     seed : int, 0..2**64 - 1
     start, count : int
-        Which part of the sequence; by default all.
+        Part of the sequence; by default all of it.
 
     Returns
     -------
@@ -83,12 +83,12 @@ def pixel_order(
 
 
 def check_size(size: Any) -> Size:
-    """Return (height, width) as ints if an image can have that size, or the size that a text such as "640x480" says."""
+    """Return a valid image size as ints (height, width), also from a text such as "640x480"."""
     if isinstance(size, str):
         across, _, down = size.lower().partition("x")
         if not (across.isdecimal() and down.isdecimal()):
             raise InputError(f"size: expected WIDTHxHEIGHT such as 640x480, got {brief(size, of_type=False)}")
-        if len(across) + len(down) > 100:  # of which Python makes no integers
+        if len(across) + len(down) > 100:  # beyond Python's limit of digits
             raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {brief(size, of_type=False)}")
         size = (int(down), int(across))
     try:
@@ -105,24 +105,24 @@ def check_size(size: Any) -> Size:
 
 
 def check_pixels(pixels: Any) -> NDArray[np.int32]:
-    """Return rows and columns, (n, 2), as the core takes them."""
+    """Return rows and columns, (n, 2), in the core's dtype."""
     array = check_array("pixels", pixels, (None, 2))
     if array.dtype.kind not in "iu":
         raise InputTypeError(f"pixels: expected integers, a row and a column each, got dtype {array.dtype}")
     if not np.can_cast(array.dtype, np.int32):
-        array = array.clip(None if array.dtype.kind == "u" else -1, MAX_PIXELS)  # what is outside of pictures stays so
+        array = array.clip(None if array.dtype.kind == "u" else -1, MAX_PIXELS)  # outside stays outside
     return np.ascontiguousarray(array, np.int32)
 
 
 def check_order(order: Any, seed: Any) -> str:
-    """Return the name of an order, also of "default"; raise InputError unless it is known and `seed` usable."""
+    """Return the name of an order, with "default" resolved; raise InputError for an unknown order or invalid seed."""
     check_choice("order", order, (*ORDERS, "default"))
     check_integer("seed", seed, 0, 2**64 - 1)
     return DEFAULT_ORDER if order == "default" else str(order)
 
 
 def pixel_count(fraction: Any, size: Size, name: str = "fraction") -> int:
-    """How many pixels a fraction in (0, 1] of an image is: the nearest whole number, at least one."""
+    """Return the number of pixels of a fraction in (0, 1] of an image: the nearest integer, at least one."""
     number = fraction.rstrip(" %") if isinstance(fraction, str) else fraction
     try:
         percent = float(number)

@@ -1,4 +1,4 @@
-"""Samples: what a tracer found at some pixels."""
+"""Samples: a tracer's results at some pixels."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from bobrossnet.support.errors import InputError, check_array, shape_of
 
 
 class Samples(Channels):
-    """What a tracer found at n pixels.
+    """A tracer's results at n pixels.
 
     Parameters
     ----------
     gray : (n,) numbers of at least 0, optional
-        By default the luminance of `color`. Of any range: traced values come back as they are, and what is completed
-        between them goes through `GBuffer.transfer`.
+        By default the luminance of `color`. Of any range: traced values are kept unchanged, and completion maps them
+        by `GBuffer.transfer`.
     depth : (n,) numbers, optional
-        0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along
-        the line of sight, in perspective by the distance from the camera, which may stand within the sphere. If any
-        sample of a picture is outside of that, all are distances from the camera, in any unit. By default 0.5.
+        In 0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest, linear along the
+        line of sight; in perspective linear in the distance from the camera, which may stand within the sphere. If any
+        sample of a picture exceeds this range, all are distances from the camera, in any unit. By default 0.5.
     normal : (n, 2) numbers in -1..1, optional
-        In screen space, x right and y up. By default 0: towards the camera.
+        In screen space, x right and y up. By default 0, towards the camera.
     hit : (n,) bool, optional
-        False where the ray hit nothing; depth, normal and albedo are ignored there, while gray and color are what is
-        seen behind everything: NaN and infinity are black. By default true.
+        False where the ray missed: depth, normal and albedo are ignored, and gray and color are the background. NaN
+        and infinity become black there. By default true.
     color : (n, 3) numbers of at least 0, optional
-        Linear RGB of what is seen, in the range of gray.
+        Linear RGB, in the range of gray.
     albedo : (n, 3) numbers in 0..1, optional
-        Linear RGB of the surface itself, white by default.
+        Linear RGB of the surface, white by default.
     variance : (n,) or (n, 3) numbers of at least 0, optional
-        Of the mean that gray or each component of color is, where that was drawn at random; what is traced of a pixel
-        later on is averaged with it. By default 0: exact.
+        Variance of the mean of gray, or of each component of color, for noisy samples; later samples of the pixel are
+        averaged with it. By default 0, exact.
 
     Raises
     ------
@@ -48,11 +48,11 @@ class Samples(Channels):
     __slots__ = ("given", "layout", "values")
 
     given: frozenset[str]
-    """Which of the parameters, but for `hit`, they were made of."""
+    """The parameters given, except `hit`."""
     layout: Layout
-    """The channels that they have."""
+    """The channels of the values."""
     values: F32
-    """All of them, (n, C) in the layout's order, whether the ray hit in the place of the mask."""
+    """All values, (n, C) in the layout's order; the mask is 1 where the ray hit."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class Samples(Channels):
         def put(name: str, value: Any) -> None:
             hint = f"one for each of {'hit' if hit is not None else first}"
             array = check_array(name, value, values_shape(name, n), hint=hint).reshape(n, CHANNELS[name].components)
-            with np.errstate(over="ignore"):  # what is too large for float32 is said to be infinite
+            with np.errstate(over="ignore"):  # values too large for float32 are reported as infinite
                 array = array.astype(np.float32)
             check_range(name, array[hits])
             if not hits.all():
@@ -97,7 +97,7 @@ class Samples(Channels):
         if variance is not None and len(shape_of(variance)) == 2:
             variance = check_array("variance", variance, (n, 3), hint=f"one or three for each of {first}")
             check_range("variance", variance)
-            # Components are drawn together, as those of a path's light: the largest that it can be.
+            # The components of a path are correlated: this is the upper bound.
             variance = np.square(np.sqrt(np.maximum(variance, 0)) @ LUMINANCE)
         parameters = (
             ("color", color, None),
@@ -120,14 +120,14 @@ class Samples(Channels):
 
     @classmethod
     def from_values(cls, values: F32, layout: Layout) -> Samples:
-        """Samples that take over values of a layout, unchecked and without a copy."""
+        """Make samples from values of a layout, without checks or a copy."""
         samples = object.__new__(cls)
         samples.layout, samples.values = layout, values
         samples.given = frozenset(layout.places) - {"mask"}
         return samples
 
     def in_layout(self, layout: Layout) -> F32:
-        """A copy of the values, (n, C) of another layout whose channels they have."""
+        """Return a copy of the values, (n, C), in another layout of channels that they have."""
         columns = [self.values[:, :1] if name == "mask" else self.channel(name) for name in layout.places]
         return np.concatenate([column.reshape(len(self), -1) for column in columns], axis=1)
 
@@ -137,7 +137,7 @@ class Samples(Channels):
         return hit
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (n,), or (n, components) where it has several."""
+        """Return a channel, (n,) or (n, components)."""
         if name not in self.layout.places and name in DERIVED:
             return DERIVED[name](self)
         values = self.values[:, self.layout.places[name]]
@@ -148,7 +148,9 @@ class Samples(Channels):
 
 
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout) -> None:
-    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout whose channels the
-    samples have."""
+    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout.
+
+    The samples must have all channels of the layout.
+    """
     values = samples.values if samples.layout == layout else samples.in_layout(layout)
     _core.scatter(layout.core, pixels, values, planes)

@@ -1,4 +1,4 @@
-"""Values of any range, as other tracers have them, to those that networks know, and back."""
+"""Mapping of values of any range to the display-referred range of the networks, and back."""
 
 from __future__ import annotations
 
@@ -13,47 +13,47 @@ from bobrossnet.picture.channels import Layout
 F32 = NDArray[np.float32]
 
 BRIGHTEST = 1.001
-"""Of display-referred gray and colour, but for rounding."""
+"""Maximum of display-referred gray and colour, with a margin for rounding."""
 
 DARKEST = 1 / 256
-"""A picture without any brighter gray or colour shows nothing as it is: it is one of another range, too."""
+"""A picture whose gray and colour stay below this would look black, so it is not taken as display-referred."""
 
 DEPTH_MARGIN = 1 / 16
-"""What lies at the back still has a depth above 0, where nothing is: this much of the picture's range."""
+"""Margin behind the farthest depth, as a fraction of the depth range, so that it stays above 0, the background."""
 
 
 class Transfer(NamedTuple):
-    """How gray, colour and depth of one picture become display-referred, and back.
+    """The mapping of one picture's gray, colour and depth to display-referred values, and back.
 
-    A gray or a component x of a colour becomes log(1 + x / middle) / log(1 + peak / middle): 0 stays 0, the largest
-    that was traced becomes 1, and from the middle on, equal ratios become equal differences. A depth d becomes
-    1 - (d - near) / (far - near) of the distances that were traced, where far is a little farther than they are.
+    A gray or colour component x becomes log(1 + x / middle) / log(1 + peak / middle): 0 stays 0, the largest traced
+    value becomes 1, and above the middle, equal ratios become equal differences. A depth d becomes
+    1 - (d - near) / (far - near), where far is slightly beyond the farthest traced depth.
     """
 
     middle: float | None
-    """The median of gray where it is above 0; None where gray and colour are in 0..1 as they are."""
+    """The median of positive gray; None if gray and colour are in 0..1."""
     peak: float
-    """The largest gray, or component of a colour."""
+    """The maximum of gray and of the components of colour."""
     near: float | None
-    """The least depth; None where it is in 0..1 as it is."""
+    """The minimum depth; None if depth is in 0..1."""
     far: float
 
     def encode(self, values: F32) -> F32:
-        """Gray or colours to 0..1."""
+        """Map gray or colours to 0..1."""
         if self.middle is None:
             return values
         encoded: F32 = np.log1p(values / np.float32(self.middle)) * np.float32(1 / self._range)
         return encoded
 
     def decode(self, values: F32) -> F32:
-        """The inverse, but for rounding."""
+        """Invert `encode`, up to rounding."""
         if self.middle is None:
             return values
         decoded: F32 = np.expm1(values * np.float32(self._range)) * np.float32(self.middle)
         return decoded
 
     def slope(self, values: F32) -> F32 | float:
-        """By how much more or less differences from these values count once they are encoded."""
+        """Return the derivative of `encode` at these values."""
         if self.middle is None:
             return 1.0
         return np.float32(1 / self._range) / (values + np.float32(self.middle))
@@ -64,7 +64,7 @@ class Transfer(NamedTuple):
         return math.log1p(self.peak / self.middle)
 
     def planes(self, planes: F32, layout: Layout) -> F32:
-        """A copy of the planes of a G-buffer, (C, H, W), with all channels in the ranges of `CHANNELS`."""
+        """Return a copy of a G-buffer's planes, (C, H, W), with all channels in the ranges of `CHANNELS`."""
         planes = planes.copy()
         if self.middle is not None:
             for name in ("gray", "color"):
@@ -78,7 +78,7 @@ class Transfer(NamedTuple):
 
 
 def transfer_of(planes: F32, layout: Layout) -> Transfer | None:
-    """The transfer of what was traced, planes (C, H, W) of a layout; None where all is display-referred as it is."""
+    """Return the transfer of traced planes, (C, H, W) of a layout; None if all are display-referred."""
     gray, depth = planes[layout.places["gray"].start], planes[layout.places["depth"].start]
     peak = max(float(planes[layout.places[name]].max()) for name in ("gray", "color") if name in layout.places)
     middle = float(np.median(gray[gray > 0])) if peak > BRIGHTEST or 0 < peak < DARKEST else None

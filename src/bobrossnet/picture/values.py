@@ -1,4 +1,4 @@
-"""Values of channels by their names, as G-buffers, samples and guides have them, and what they may be."""
+"""Named channel values, shared by G-buffers, samples and guides, and their checks."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ F32 = NDArray[np.float32]
 
 
 class Channels:
-    """Values by the names of their channels, one after the other in the order of a layout."""
+    """Values of several channels, in the order of a layout."""
 
     __slots__ = ()
 
     def channel(self, name: str) -> F32:
-        """A channel by its name, its components last where it has several. KeyError if it is not there."""
+        """Return a channel, with components last if it has several. KeyError if the channel is absent."""
         raise NotImplementedError
 
     @property
@@ -29,18 +29,17 @@ class Channels:
 
     @property
     def color(self) -> F32:
-        """Linear RGB, 0..1, components last; gray where there are no colours."""
+        """Linear RGB, 0..1, components last; gray if there are no colours."""
         return self.channel("color")
 
     @property
     def albedo(self) -> F32:
-        """Linear RGB of the surface itself, 0..1, components last; white where there are no colours, 0 without a
-        surface."""
+        """Linear RGB of the surface, 0..1, components last; white if there are no colours, 0 on background."""
         return self.channel("albedo")
 
     @property
     def alpha(self) -> F32:
-        """1 where a surface was hit, else 0."""
+        """Coverage: 1 where a ray hit a surface, otherwise 0."""
         return self.channel("alpha")
 
     @property
@@ -58,11 +57,13 @@ DERIVED: dict[str, Callable[[Channels], F32]] = {
     "alpha": lambda held: (held.depth != 0).astype(np.float32),
     "variance": lambda held: np.zeros_like(held.gray),
 }
-"""What follows from the other channels where all surfaces are white, and samples exact: a surface is not exactly at
-the depth 0."""
+"""Channels derived from the others if all surfaces are white and the samples exact.
+
+Hits have a depth above 0.
+"""
 
 UNBOUNDED = ("gray", "color", "variance")
-"""Of any size from 0 on. `depth` has any unit, the others are in the ranges of `CHANNELS`."""
+"""Ranges of users' values. `depth` has any unit; the others have the ranges of `CHANNELS`."""
 
 
 def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> F32:
@@ -74,14 +75,13 @@ def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint:
 
 
 def layout_of(is_colored: bool, is_random: bool) -> Layout:
-    """The channels of a G-buffer or of samples that have colours, or a variance."""
+    """Return the channels of a G-buffer or of samples with colours, or with a variance."""
     layout = COLORED if is_colored else GIVEN
     return Layout(f"{layout.names},variance") if is_random else layout
 
 
 def check_range(channel: str, array: NDArray[Any], name: str = "") -> NDArray[Any]:
-    """Return `array` if its values are finite and in the range of a channel, but for rounding; `name` is what it is
-    called in the error."""
+    """Return `array` if its values are finite and in a channel's range, up to rounding; `name` appears in errors."""
     name = name or channel
     check_finite(name, array)
     low, high, slack = CHANNELS[channel].low, CHANNELS[channel].high, 1e-3
@@ -97,12 +97,12 @@ def check_range(channel: str, array: NDArray[Any], name: str = "") -> NDArray[An
 
 
 def values_shape(name: str, *shape: int) -> tuple[int, ...]:
-    """The shape of a channel's values for users: components last where there are several."""
+    """Return the shape of a channel's values for users: components last if there are several."""
     components = CHANNELS[name].components
     return shape if components == 1 else (*shape, components)
 
 
 def of_planes(planes: F32, layout: Layout, name: str) -> F32:
-    """A channel of planes, (C, H, W) of a layout that has it, for users: (H, W), or (H, W, components)."""
+    """Return a channel of planes, (C, H, W) of a layout, for users: (H, W), or (H, W, components)."""
     values = planes[layout.places[name]]
     return values[0] if CHANNELS[name].components == 1 else np.moveaxis(values, 0, -1)

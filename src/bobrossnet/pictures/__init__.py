@@ -1,1 +1,1 @@
-"""Finished pictures: one of a model, many of a folder, a turntable, a notebook's."""
+"""Finished pictures: single renderings, thumbnails of a folder, turntables, and notebooks."""

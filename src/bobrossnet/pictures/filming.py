@@ -1,4 +1,4 @@
-"""Films: pictures along the way of a camera, such as turntables."""
+"""Films: pictures along a camera path, such as turntables."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 FORMATS = {".webp": "WebP", ".png": "PNG", ".gif": "GIF", ".avif": "AVIF", ".mp4": "MP4"}
-"""The endings of films' files."""
+"""File endings of films."""
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "WebP": {"quality": 90, "method": 2, "minimize_size": False},
@@ -38,26 +38,26 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "GIF": {"disposal": 2, "optimize": False},
     "AVIF": {"quality": 80, "speed": 9},
 }
-"""How Pillow writes them: well enough, in a few milliseconds a frame."""
+"""Pillow's options for each format: good quality at a few milliseconds a frame."""
 
 
 class Film:
-    """Pictures of a scene along the way of a camera. They are made as one iterates over it, one at a time.
+    """Pictures of a scene along a camera path, rendered one at a time during iteration.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
     cameras : iterable of Camera
-        One for each picture.
+        One camera for each picture.
     size, samples, background, fraction, model, light, ground
         As in `render`.
     scheduler : address of a Dask scheduler, optional
-        Its workers, which have this package, make the pictures.
+        The scheduler's workers, with this package installed, render the pictures.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or there is no camera; as pictures are made, if the scheduler can't be reached.
+        If an argument is out of range or there is no camera; during iteration, if the scheduler can't be reached.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Film:
         with connected(self._scheduler) as client:
             draw = partial(render, size=self.size, **self._options)
             scene = client.scatter(self.scene, broadcast=True)  # once for each worker, not for each picture
-            early: dict[int, Picture] = {}  # before those that come earlier in the film
+            early: dict[int, Picture] = {}  # finished before their predecessors in the film
             shown = 0
             for index, future in as_done(client, draw, [(scene, camera) for camera in self.cameras]):
                 early[index] = future.result()
@@ -116,16 +116,16 @@ class Film:
     def save(
         self, path: str | os.PathLike[str], *, fps: float = 25, progress: Callable[[float], None] | None = None
     ) -> None:
-        """Make the pictures, and write them to a file that repeats without end.
+        """Render the pictures and write them to a file that loops forever.
 
         Parameters
         ----------
         path : str or path
             Ends in .webp, .png (APNG), .gif, .avif, or .mp4, which needs the package av and has no transparency.
         fps : float in 0.1..100
-            Pictures a second.
+            Frames per second.
         progress : callable, optional
-            Called with the share of the pictures that are made, 0..1.
+            Called with the share of finished pictures, 0..1.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class Film:
                 progress(len(frames) / len(self))
         try:
             content = _encoded(FORMATS[file.suffix.lower()], frames, fps)
-        except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
+        except (OSError, ValueError, KeyError) as error:  # WebP's limit of 16383 pixels, or a Pillow without AVIF
             height, width = self.size
             raise InputError(f"{file}: can't write pictures of {width} x {height} pixels: {error}") from error
         write_whole(file, content)
@@ -169,29 +169,29 @@ def orbit(
     ground: bool | None = None,
     scheduler: str | None = None,
 ) -> Film:
-    """A film of one turn around a scene, anticlockwise seen from above.
+    """Make a film of one turn around a scene, anticlockwise seen from above.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-        The first; it orbits.
+        First camera, on an orbit.
     frames : int, 1..10000
-        Pictures of the turn.
+        Number of pictures in the turn.
     size, samples, background, fraction, model, light, ground
         As in `render`.
     scheduler
-        As of `Film`.
+        As in `Film`.
 
     Returns
     -------
     Film
-        In a notebook it shows itself; `save` writes it.
+        A notebook displays it; `save` writes it.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or the camera stands at a position.
+        If an argument is out of range, or the camera has a position.
 
     Examples
     --------
@@ -209,7 +209,7 @@ def orbit(
 
 
 def check_film_path(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a film can be written there, before any time is spent on making it."""
+    """Return `path` if a film can be written there; checked before any time is spent on the film."""
     path = check_writable(path, "a film", FORMATS)
     if path.suffix.lower() == ".mp4":
         try:
@@ -220,7 +220,7 @@ def check_film_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _by_name(model: NetworkLike) -> NetworkLike:
-    """The network, which a cluster's workers read themselves."""
+    """Check a name or a path of a network; a cluster's workers load it themselves."""
     if isinstance(model, Network):
         raise InputTypeError("model: expected a name or a path for a cluster, got a Network")
     load_network(model)
@@ -242,7 +242,7 @@ def _encoded(kind: str, frames: Sequence[NDArray[np.uint8]], fps: float) -> byte
 
 
 def _shown(image: Image, kind: str) -> Image:
-    """As a format takes it: opaque pictures need no alpha."""
+    """Convert a frame to a format's pixels: opaque pictures drop alpha."""
     return image.convert("RGB") if kind != "GIF" and image.getextrema()[-1] == (255, 255) else image
 
 
@@ -251,7 +251,7 @@ def _write_mp4(content: io.BytesIO, frames: Sequence[NDArray[np.uint8]], fps: fl
 
     import av
 
-    height, width = (side + side % 2 for side in frames[0].shape[:2])  # H.264 halves the colours' resolution
+    height, width = (side + side % 2 for side in frames[0].shape[:2])  # H.264 halves the chroma resolution
     with av.open(content, "w", format="mp4") as file:
         stream = file.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000), options={"crf": "18"})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"

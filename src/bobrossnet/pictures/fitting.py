@@ -1,4 +1,4 @@
-"""Cameras that show as much of a scene as fits into the picture."""
+"""Cameras fitted to a scene: the silhouette fills the picture."""
 
 from __future__ import annotations
 
@@ -21,51 +21,51 @@ from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer
 
 MARGIN, MARGIN_WITH_SHADOWS = 0.05, 0.13
-"""What stays free at each border, as a share of the picture: shadows fall beside a silhouette."""
+"""Margin at each border, as a share of the picture; shadows extend beyond the silhouette."""
 
 LOOKS = 2
-"""Pictures that are traced of shapes other than meshes: one of all of them, and one of the silhouette alone."""
+"""Traced pictures for shapes other than meshes: one of the whole sphere, and one of the silhouette alone."""
 
 SHORTER = 128
-"""Their pixels along the shorter side."""
+"""Pixels of these pictures along the shorter side."""
 
 STEPS = 4
-"""In perspective, what is near moves more than what is far: each step leaves a small part of the last one's error."""
+"""Iterations in perspective, where near points move more than far ones; each leaves a small part of the error."""
 
 MAX_VERTICES = 4_000_000
-"""Of meshes that are projected; of more, pictures are traced as well."""
+"""Maximum number of projected vertices; scenes with more are traced as well."""
 
 
 def margin_of(scene: Scene, light: LightLike, ground: bool | None) -> float:
-    """What should stay free around a scene's silhouette in this light."""
+    """Return the margin around a scene's silhouette in this light."""
     return MARGIN_WITH_SHADOWS if shows_shadows(scene, light, ground) else MARGIN
 
 
 def fitted(
     scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
 ) -> Camera:
-    """The camera with the zoom and pan at which the silhouette fills the picture.
+    """Return the camera with the zoom and pan at which the silhouette fills the picture.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-        One that orbits; its own zoom and pan do not matter.
+        An orbiting camera; its zoom and pan are ignored.
     size : (height, width), or "WIDTHxHEIGHT"
-        Of the picture.
+        Size of the picture.
     margin : float in 0..0.45
-        What stays free at each border, as a share of the picture.
+        Free margin at each border, as a share of the picture.
 
     Returns
     -------
     Camera
-        Exact for meshes. Of other shapes, what is thinner than a hundredth of the picture may be overlooked; the zoom
-        is 1 where nothing of them is seen.
+        Exact for meshes. In other shapes, details thinner than a hundredth of the picture may be missed; if no ray hits
+        them, the zoom is 1.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or the camera stands at a position.
+        If an argument is out of range, or the camera has a position.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def fitted(
 
 
 def _vertices(scene: Scene) -> tuple[NDArray[np.float32], bool]:
-    """The vertices of meshes, in the unit sphere, and whether they are all that there is."""
+    """Return the vertices of meshes, in the unit sphere, and whether they cover the whole scene."""
     vertices = [np.empty((0, 3), np.float32)]
     left = MAX_VERTICES
     for instance in scene.instances:
@@ -104,7 +104,7 @@ def _vertices(scene: Scene) -> tuple[NDArray[np.float32], bool]:
 
 
 def _seen_points(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray[np.float32]:
-    """What rays through a picture hit, in the unit sphere."""
+    """Return the hit points of a picture's rays, in the unit sphere."""
     pixels = tiled_pixels(size)
     values = SceneTracer(scene, camera, size, Layout("mask,depth"))(pixels).values
     hit = values[:, 0] > 0
@@ -113,7 +113,7 @@ def _seen_points(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray
 
 
 def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tuple[int, int], margin: float) -> Camera:
-    """The camera whose picture the points fill."""
+    """Return the camera with the zoom and pan at which the points fill the picture."""
     if len(points) == 0:
         return camera
     rows, columns = size
@@ -132,7 +132,7 @@ def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tup
 
 
 def _pixel(camera: Camera, rows: int, columns: int) -> float:
-    """A pixel's side at the centre of the bounding sphere, in its radii (core/picture/camera.h)."""
+    """Return a pixel's side at the bounding sphere's centre, in radii (core/picture/camera.h)."""
     shorter = min(rows, columns)
     if not camera.fov:
         return 2 / (camera.zoom * shorter)

@@ -1,4 +1,4 @@
-"""Finished pictures: colour and coverage, which show and write themselves."""
+"""Finished pictures, colour and coverage, displayed by notebooks and written to files."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bobrossnet.support.threads import lazy
 
 
 class Picture:
-    """A picture in colour. `numpy.asarray(picture)` is `rgba`; in a notebook it shows itself.
+    """A colour picture with alpha. `numpy.asarray(picture)` is `rgba`; notebooks display it.
 
     Parameters
     ----------
     color : (H, W, 3) float32 in 0..1
-        Linear RGB as it is before black: what covers half of a pixel has half its colour there.
+        Linear RGB over black, premultiplied: a half-covered pixel has half its surface's colour.
     alpha : (H, W) float32 in 0..1
-        How much of each pixel is covered.
+        Coverage of each pixel.
     """
 
     def __init__(self, color: NDArray[np.float32], alpha: NDArray[np.float32]) -> None:
@@ -37,7 +37,7 @@ class Picture:
 
     @lazy
     def rgba(self) -> NDArray[np.uint8]:
-        """(H, W, 4) uint8: sRGB, not multiplied by alpha, as PNG has it; 0 where nothing is."""
+        """(H, W, 4) uint8: sRGB with straight alpha, as in PNG; 0 on the background."""
         own = self.color / np.maximum(self.alpha, np.float32(1e-6))[..., None]
         rgba = to_8_bit(np.concatenate([to_srgb(own), self.alpha[..., None]], axis=-1))
         rgba[rgba[..., 3] == 0] = 0
@@ -45,13 +45,14 @@ class Picture:
         return rgba
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture in the format that the ending says: .png, .webp, .avif, .jpg, .bmp, .tif. Formats without
-        transparency show it before black.
+        """Write the picture in the format of the path's ending: .png, .webp, .avif, .jpg, .bmp or .tif.
+
+        Formats without transparency get a black background.
 
         Raises
         ------
         InputError
-            If the ending is another, or the file can't be written.
+            If the ending is unknown, or the file can't be written.
         """
         write_picture(path, self.rgba)
 

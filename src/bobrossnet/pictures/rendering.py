@@ -1,4 +1,4 @@
-"""Pictures for people: in colour, with smooth edges, on any background."""
+"""Final colour pictures, antialiased, on any background."""
 
 from __future__ import annotations
 
@@ -25,24 +25,26 @@ from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
 
 BLACK = "#000000"
-"""The background of the page and of sparse pictures, unless another one is asked for."""
+"""Default background of the page and of sparse pictures."""
 
 Background: TypeAlias = Color | Sequence[Color] | None
 
 SEEN = Layout("mask,color,alpha")
-"""What smooth edges are made of."""
+"""Channels that antialiasing averages."""
 
 MOST_SAMPLES = 64
 
 PATHS_OF_SAMPLE = 4
-"""Of light: they are also those that smooth edges."""
+"""Light paths for each sample; they also antialias edges."""
 
 MOST_ACROSS = 2**31 - 1
-"""Rays in a row or a column of the picture: the core counts them in int32."""
+"""Maximum number of rays in a row or a column of the picture: the core counts them in int32."""
 
 EDGE = 1 / 32
-"""Of the square root of linear light, which is nearly sRGB, or of coverage, 0..1: what differs by less needs no more
-rays."""
+"""Threshold of edges, in the square root of linear light, which is close to sRGB, or in coverage, 0..1.
+
+Smaller differences need no more rays.
+"""
 
 
 def render(
@@ -58,36 +60,36 @@ def render(
     ground: bool | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Picture:
-    """Make a picture: every pixel traced, with more rays along edges, or some traced and the others completed.
+    """Render a picture with every pixel traced and edges antialiased, or with some traced and the others completed.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-    size : (height, width), as arrays have it, or "WIDTHxHEIGHT", as people say it
+    size : (height, width) or "WIDTHxHEIGHT"
     samples : int, 1..64
-        Rays at most for each pixel, in a grid of n x n of them: 1, 4, 9, 16 and so on. Only pixels at edges get
-        more than one. With a fraction below 1, each has one at most.
+        Maximum number of rays in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Only pixels at edges get more
+        than one. With a fraction below 1, each pixel has at most one.
     background : color, two colors, or None
-        As a material's color; two are those of the top and the bottom row. None leaves it transparent.
+        As a material's color; two are the colours of the top and the bottom row. None leaves it transparent.
     fraction : float in (0, 1]
         Share of the pixels to trace; the others are completed.
     model : str, path or Network
-        As in `complete`, but for light, which is completed along first hits.
+        As in `complete`. Under another light than the headlight, the picture is completed along first hits instead.
     light : "headlight", "studio", Light, Sky, several of them, or path of an environment, optional
-        By default the scene's own, else the headlight, which casts no shadows. "studio" is a soft key light from the
-        upper left of the camera under a gentle sky. Each pixel then has four paths of light for each of `samples`, of
-        which the noise is taken out along first hits.
+        By default the scene's light, otherwise the headlight, which casts no shadows. "studio" is a soft key light
+        from the camera's upper left under a gentle sky. Each pixel then takes four light paths for each of `samples`,
+        denoised along first hits.
     ground : bool, optional
-        Whether what is lit stands on a plane through its lowest point that shows its shadows, and nothing else. By
-        default the scene's own, else under "studio" alone.
+        Whether to add a plane through the lowest point of the scene, which shows only its shadows. By default as the
+        scene has it, otherwise with "studio" alone.
     progress : callable, optional
-        Called now and then with the share of the first rays that are traced, 0..1.
+        Called from time to time with the share of first rays traced, 0..1.
 
     Returns
     -------
     Picture
-        In a notebook it shows itself; `save` writes it.
+        A notebook displays it; `save` writes it.
 
     Raises
     ------
@@ -114,7 +116,7 @@ def render(
 
 
 def check_picture(samples: int, background: Background, size: SizeLike) -> None:
-    """Raise InputError unless a picture can be made with these, before time is spent on it."""
+    """Raise InputError unless a picture can be made with these arguments; checked before any time is spent on it."""
     side = isqrt(check_integer("samples", samples, 1, MOST_SAMPLES))
     longest = max(check_size(size))
     if side * longest > MOST_ACROSS:
@@ -127,7 +129,7 @@ def check_picture(samples: int, background: Background, size: SizeLike) -> None:
 def finished(
     gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
 ) -> Picture:
-    """The picture of what was traced of a scene with a camera; the arguments are those of `render`."""
+    """Make the picture of a traced G-buffer; the arguments are those of `render`."""
     model = GUIDED if "shadow" in gbuffer.layout.places else model
     color = complete(gbuffer, model, channel="color")
     if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
@@ -139,8 +141,10 @@ def finished(
 
 
 def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], background: Background = None) -> Picture:
-    """The picture that people see of light, (H, W, 3), and coverage, (H, W), before a background: the one look of all
-    doors, whatever was traced or completed."""
+    """Composite linear light, (H, W, 3), with coverage, (H, W), over a background.
+
+    Every picture, traced or completed, passes through here, so that all look the same.
+    """
     behind = background_rows(background, len(alpha))
     if behind is None:
         return Picture(color, alpha)
@@ -150,9 +154,9 @@ def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], backgroun
 def _smooth_edges(
     scene: Scene, camera: Camera, color: NDArray[np.float32], alpha: NDArray[np.float32], side: int
 ) -> None:
-    """Replace pixels at edges by the means of side x side rays; where four of them agree, by those.
+    """Replace pixels at edges by the mean of side x side rays. Where 2 x 2 rays agree, their mean suffices.
 
-    The rays of a pixel are those of a picture that many times as large.
+    The subpixels of a pixel are the pixels of a picture enlarged by the same factor.
     """
     height, width = alpha.shape
     pixels = _at_edges(color, alpha)
@@ -164,7 +168,7 @@ def _smooth_edges(
         unsettled = []
         for start in range(0, len(pixels), BATCH // times**2):
             piece = pixels[start : start + BATCH // times**2]
-            # All pixels' first rays, then their second: reducing along the first axis is what numpy is quick at.
+            # First the first ray of each pixel, then the second, ...: numpy reduces fastest along the first axis.
             rays = np.ascontiguousarray((np.int32(times) * piece + grid[:, None]).reshape(-1, 2))
             seen = tracer(rays).values[:, 1:].reshape(times**2, len(piece), 4)
             rows, columns = piece.T
@@ -176,12 +180,12 @@ def _smooth_edges(
 
 
 def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[np.int32]:
-    """The pixels, (n, 2), that are not near the mean of the two around them in any of the four directions.
+    """Return the pixels, (n, 2), far from the mean of their two neighbours in any of the four directions.
 
-    Where shading only grows from one neighbour to the next, a pixel's centre shows its mean, and needs no more rays.
+    Where shading is linear across neighbours, a pixel's centre shows its mean, and it needs no more rays.
     """
     height, width = alpha.shape
-    band = max(1, BATCH // width)  # rows at once, for a picture's memory
+    band = max(1, BATCH // width)  # rows at once, to bound the memory
     found = [_at_edges_of_rows(color, alpha, top, min(top + band, height)) for top in range(0, height, band)]
     return np.concatenate(found)
 
@@ -189,8 +193,8 @@ def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray
 def _at_edges_of_rows(
     color: NDArray[np.float32], alpha: NDArray[np.float32], top: int, bottom: int
 ) -> NDArray[np.int32]:
-    """The same pixels of the rows from `top` to `bottom`."""
-    rows = np.clip(np.arange(top - 1, bottom + 1), 0, len(alpha) - 1)  # the first and the last have themselves beyond
+    """Return the same pixels for the rows from `top` to `bottom`."""
+    rows = np.clip(np.arange(top - 1, bottom + 1), 0, len(alpha) - 1)  # the borders repeat their own row
     height, width = bottom - top, alpha.shape[1]
     shown = np.empty((4, height + 2, width + 2), np.float32)
     shown[:3, :, 1:-1], shown[3, :, 1:-1] = np.sqrt(color[rows]).transpose(2, 0, 1), alpha[rows]
@@ -207,8 +211,10 @@ def _at_edges_of_rows(
 
 
 def background_rows(background: Any, height: int) -> NDArray[np.float32] | None:
-    """Linear RGB of each row, (H, 1, 3), of one colour, or of two, which are blended in sRGB, as people expect; None of
-    None."""
+    """Return the linear RGB of each row, (H, 1, 3), or None for None.
+
+    Two colours are blended in sRGB, which looks even to the eye.
+    """
     if background is None:
         return None
     are_two = not isinstance(background, str) and isinstance(background, Sequence) and len(background) == 2

@@ -1,4 +1,4 @@
-"""Thumbnails: a picture of every shape file of a folder."""
+"""Thumbnails: pictures of all shape files of a folder."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ ENDING = ".png"
 
 
 class Thumbnail(NamedTuple):
-    """What became of a file."""
+    """The result for a file."""
 
     file: Path
     picture: Path | None
-    """Where it is, if there is one."""
+    """The written picture, or None if it failed."""
     error: str | None
-    """Why there is none."""
+    """The reason of a failure, otherwise None."""
     is_new: bool = True
-    """Whether it was made now; else it was there, newer than its file."""
+    """Whether it was rendered now; otherwise a picture newer than the file existed."""
 
 
 class Style(NamedTuple):
-    """What thumbnails look like."""
+    """The rendering options shared by all thumbnails."""
 
     size: tuple[int, int]
     camera: Camera
@@ -56,7 +56,7 @@ class Style(NamedTuple):
 
 
 def thumbnail(source: str | os.PathLike[str], style: Style) -> Picture:
-    """The picture of a file, which its silhouette fills."""
+    """Render a file's thumbnail; the silhouette fills it."""
     scene = load(source, up=style.up)
     margin = margin_of(scene, style.light, style.ground)
     camera = fitted(scene, style.camera, size=style.size, margin=margin)
@@ -87,39 +87,39 @@ def thumbnails(
     scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Thumbnail]:
-    """Make a picture of each shape file of a folder, and of those below it.
+    """Render a picture of each shape file of a folder and its subfolders.
 
     Parameters
     ----------
     source : folder, or a file
     out : folder
-        Where the pictures are written, in the same folders as the files, under their whole names and .png behind. It
-        is made if it is not there.
+        Folder of the pictures, with the same subfolders; .png is appended to each file's whole name. Created if it does
+        not exist.
     size, samples, background, light, ground
         As in `render`.
     camera : Camera, optional
-        One that orbits; its zoom and pan become those at which the silhouette fills the picture.
+        An orbiting camera; its zoom and pan are fitted to the silhouette.
     up : "z" or "y"
-        The files' axis that points up.
+        The upward axis of the files.
     anew : bool
-        Also pictures that are there already, newer than their files.
+        Also render pictures that exist and are newer than their files.
     workers : int, optional
-        Processes, at most 256, or 61 on Windows; by default one for each core. A file that ends one costs that file
-        alone.
+        Number of processes, at most 256, or 61 on Windows; by default one for each core. If a file crashes a process,
+        only that file fails.
     scheduler : address of a Dask scheduler, optional
-        Its workers make the pictures instead. They have this package, and see both folders where this machine does.
+        The scheduler's workers render the pictures instead. They need this package and both folders at the same paths.
     progress : callable, optional
-        Called with the share of the files that are done, 0..1.
+        Called with the share of finished files, 0..1.
 
     Returns
     -------
     list of Thumbnail
-        One for each file, in the order of their paths; those that can't be read have an error of one line.
+        One for each file, in the order of their paths; unreadable files have an error of one line.
 
     Raises
     ------
     InputError
-        If an argument is out of range, there is no such folder, or the scheduler can't be reached.
+        If an argument is out of range, the folder does not exist, or the scheduler can't be reached.
 
     Examples
     --------
@@ -154,12 +154,12 @@ def thumbnails(
 
 
 def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDArray[np.uint8]:
-    """Thumbnails in rows, each above its file's name, on white: (H, W, 3) uint8.
+    """Arrange thumbnails in rows, each above its file's name, on white: (H, W, 3) uint8.
 
     Raises
     ------
     InputError
-        If there is none.
+        If the list is empty.
     """
     from PIL import Image
 
@@ -174,20 +174,20 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
 
 
 def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
-    """The number of each task as it is done, and its error if it failed."""
+    """Yield the index of each task as it finishes, and its error if it failed."""
     write = partial(_write, style=style)
-    if sys.platform == "emscripten":  # which has neither processes nor threads
+    if sys.platform == "emscripten":  # it lacks processes and threads
         yield from ((i, write(*task)) for i, task in enumerate(tasks))
         return
-    # Which take longer to import than the rest of the package's own modules.
+    # These imports take longer than all other modules of the package.
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
-    context = get_context("spawn")  # which shares nothing with this process: a fork would lose its threads
-    # The largest first, so that no process has a long one left when the others are done.
+    context = get_context("spawn")  # a fresh interpreter: a fork would lose the threads
+    # Largest files first, so that no process starts a long one at the end.
     suspects = sorted(range(len(tasks)), key=lambda i: os.path.getsize(tasks[i][0]), reverse=True)
-    # After a process has died of a file, each of those that it may have been is tried on its own.
+    # After a crash of a process, each file that may have caused it runs again in a separate process.
     for at_once in (len(suspects), 1):
         left, suspects = suspects, []
         groups = [left[i : i + at_once] for i in range(0, len(left), max(at_once, 1))]
@@ -206,7 +206,7 @@ def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Itera
 def _made_on_cluster(
     tasks: Sequence[tuple[str, str]], style: Style, scheduler: str
 ) -> Iterator[tuple[int, str | None]]:
-    """The same on a cluster, which gives up on a file that has ended some of its workers."""
+    """Run the tasks on a cluster; it gives up on a file that has killed several of its workers."""
     with connected(scheduler) as client:
         from distributed import KilledWorker
 
@@ -224,12 +224,12 @@ def _ended(file: str) -> str:
 def _start_worker() -> None:
     limit_memory()
     be_apart()
-    set_thread_count(1)  # the files are traced side by side
+    set_thread_count(1)  # the files are traced in parallel
     warnings.simplefilter("ignore")
 
 
 def _write(file: str, picture: str, style: Style) -> str | None:
-    """Make a thumbnail; return what went wrong."""
+    """Write a thumbnail; return the error message, or None."""
     try:
         drawn = thumbnail(file, style)
         Path(picture).parent.mkdir(parents=True, exist_ok=True)

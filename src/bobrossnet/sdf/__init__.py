@@ -1,6 +1,6 @@
-"""A language for modelling shapes as distance functions, after fogleman/sdf.
+"""A modelling language of signed distance functions, compatible with fogleman/sdf.
 
-Programs written for that package run with their first line changed:
+Programs for that package run with their first line changed:
 
 >>> from bobrossnet.sdf import *
 >>> f = sphere(1) & box(1.5)
@@ -9,8 +9,8 @@ Programs written for that package run with their first line changed:
 >>> f([(0, 0, 0), (0.75, 0.75, 0)]).round(3).tolist()
 [[0.5], [0.061]]
 
-Functions make shapes and modify them; those that modify a shape are also its methods. A name has its meaning in three
-dimensions; `d2` and `d3` have both meanings, and `ease` the easing functions. docs/modelling.md lists all words.
+Functions create and modify shapes; modifiers are also methods of shapes. Names are the three-dimensional versions; `d2`
+and `d3` have both, and `ease` has the easing functions. docs/modelling.md lists all words.
 """
 
 import math
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from bobrossnet.sdf import d2, d3, ease
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
-from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # in place of those of two dimensions
+from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # replaces the two-dimensional names
 from bobrossnet.sdf.d3 import SDF3
 from bobrossnet.sdf.lettering import *  # noqa: F403
 from bobrossnet.sdf.masks import *  # noqa: F403
@@ -38,17 +38,17 @@ radians = math.radians
 
 
 def save(path: str | os.PathLike[str], shape: SDF3, *args: Any, **kwargs: Any) -> None:
-    """Write a shape as a mesh, or a picture of it, as its method `save` does."""
+    """Write a shape as a mesh or a picture; see the method `save`."""
     shape.save(path, *args, **kwargs)
 
 
 def generate(shape: SDF3, *args: Any, **kwargs: Any) -> NDArray[np.float64]:
-    """The corners of a mesh's triangles, as the shape's method `generate` gives them."""
+    """Return the corners of a mesh's triangles; see the method `generate`."""
     return shape.generate(*args, **kwargs)
 
 
 def write_binary_stl(path: str | os.PathLike[str], points: Any) -> None:
-    """Write triangles, their corners (3 t, 3) as `generate` gives them, to an STL file, which .stl is the ending of."""
+    """Write triangles, corners (3 t, 3) as from `generate`, to an STL file with the ending .stl."""
     check_writable(path, "an STL file", [".stl"])
     corners = check_array("points", points, (None, 3))
     if len(corners) % 3:
@@ -59,17 +59,17 @@ def write_binary_stl(path: str | os.PathLike[str], points: Any) -> None:
 def sample_slice(
     shape: SDF3, *args: Any, **kwargs: Any
 ) -> tuple[NDArray[np.float64], tuple[float, float, float, float], str]:
-    """Distances on a plane, as the shape's method `sample_slice` gives them."""
+    """Return signed distances on a plane; see the method `sample_slice`."""
     return shape.sample_slice(*args, **kwargs)
 
 
 def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> None:
-    """Show the distances on a plane, as the shape's method `show_slice` does."""
+    """Plot the signed distances on a plane; see the method `show_slice`."""
     shape.show_slice(*args, **kwargs)
 
 
 # ruff: noqa: F405
-# Type checkers read nothing but a list of literals.
+# Type checkers need a list of literals.
 __all__ = [
     "ORIGIN",
     "SDF2",

@@ -1,4 +1,4 @@
-"""Words of your own: shapes and operations written as functions of points, after fogleman/sdf.
+"""User-defined words: shapes and operations written as functions of points, after fogleman/sdf.
 
 >>> import numpy as np
 >>> from bobrossnet.sdf import *
@@ -14,11 +14,11 @@
 ...     return f
 >>> f = ellipsoid_like((1, 1, 0.5)).bumpy(0.05) | sphere(0.5)
 
-The function within takes points (n, 2) or (n, 3) and returns a number for each, (n,) or (n, 1), negative inside. It is
-called once, with symbols in the place of points, and may use numpy's functions; `np.where` chooses between values where
-Python's `if` would. In operations, `other(p)` is the other shape's value at the points, (n, 1), which carries its
-colour along: through whatever is done to it alone, and through `np.minimum`, `np.maximum` and `np.where`, which choose
-one. Where shapes of two colours are mixed otherwise, as sums are, the result has none.
+The inner function takes points (n, 2) or (n, 3) and returns a number for each, (n,) or (n, 1), negative inside. It is
+called once, with symbols in place of points, and may use numpy's functions; `np.where` replaces Python's `if`. In
+operations, `other(p)` is the other shape's value at the points, (n, 1), and carries its colour: through functions of it
+alone, and through the choices `np.minimum`, `np.maximum` and `np.where`. Other mixtures of two colours, such as sums,
+have no colour.
 """
 
 from __future__ import annotations
@@ -36,32 +36,32 @@ S = TypeVar("S", SDF2, SDF3)
 
 
 def sdf2(function: Callable[P, Any]) -> Callable[P, SDF2]:
-    """Make a function that returns a function of points (n, 2) return a shape in two dimensions."""
+    """Turn a function that returns a function of points (n, 2) into one that returns a shape in two dimensions."""
     return _making(SDF2, function)
 
 
 def sdf3(function: Callable[P, Any]) -> Callable[P, SDF3]:
-    """Make a function that returns a function of points (n, 3) return a shape in three dimensions."""
+    """Turn a function that returns a function of points (n, 3) into one that returns a shape in three dimensions."""
     return _making(SDF3, function)
 
 
 def op2(function: Callable[P, Any]) -> Callable[P, SDF2]:
-    """Make a function an operation on shapes in two dimensions, its first argument, and a method of them."""
+    """Turn a function into an operation on a shape in two dimensions, its first argument, and a method of it."""
     return _method(SDF2, _making(SDF2, function))
 
 
 def op3(function: Callable[P, Any]) -> Callable[P, SDF3]:
-    """Make a function an operation on shapes in three dimensions, its first argument, and a method of them."""
+    """Turn a function into an operation on a shape in three dimensions, its first argument, and a method of it."""
     return _method(SDF3, _making(SDF3, function))
 
 
 def op23(function: Callable[P, Any]) -> Callable[P, SDF3]:
-    """Make a function an operation that makes of a shape in two dimensions one in three, and a method of the former."""
+    """Turn a function into an operation, and a method, from a shape in two dimensions to one in three."""
     return _method(SDF2, _making(SDF3, function))
 
 
 def op32(function: Callable[P, Any]) -> Callable[P, SDF2]:
-    """Make a function an operation that makes of a shape in three dimensions one in two, and a method of the former."""
+    """Turn a function into an operation, and a method, from a shape in three dimensions to one in two."""
     return _method(SDF3, _making(SDF2, function))
 
 

@@ -13,15 +13,15 @@ UP = Y
 
 
 class SDF2(words.Flat):
-    """A shape in two dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
+    """A shape in two dimensions. Operations are its methods; ``|``, ``&`` and ``-`` combine it with other shapes.
 
     Parameters
     ----------
     function : Expression, or callable
-        A formula in x and y, negative inside; or a function of points (n, 2) that returns one number for each, which
-        is called once with symbols.
+        A formula in x and y, negative inside; or a function of points (n, 2), called once with symbols, that returns
+        one number for each.
     color : str, 3 numbers in 0..1, ColorFormula or callable, optional
-        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
+        Colour of the shape: sRGB as "#rrggbb", linear RGB, a formula, or a function of points that returns (n, 3).
 
     Attributes
     ----------

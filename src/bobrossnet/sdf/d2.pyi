@@ -59,13 +59,13 @@ UP: NDArray[np.int_]
 
 class SDF2(Flat):
     def union(self, *bs: SDF2, k: float | None = ...) -> SDF2:
-        """What is in any of the shapes; k rounds the edges where they meet."""
+        """All points in any of the shapes; k rounds the edges where they meet."""
 
     def difference(self, *bs: SDF2, k: float | None = ...) -> SDF2:
         """The first shape without the others; k rounds the cuts' edges."""
 
     def intersection(self, *bs: SDF2, k: float | None = ...) -> SDF2:
-        """What is in all of the shapes; k rounds the edges."""
+        """All points in every one of the shapes; k rounds the edges."""
 
     def blend(self, *bs: SDF2, k: float = ...) -> SDF2:
         """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
@@ -83,8 +83,8 @@ class SDF2(Flat):
         """Hollow: a skin around the surface."""
 
     def repeat(self, spacing: Size, count: Size | None = ..., padding: Size = ...) -> SDF2:
-        """Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how
-        many neighbours on each side may reach into a cell."""
+        """Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number
+        of neighbours on each side that may reach into a cell."""
 
     def translate(self, offset: Vector) -> SDF2:
         """Moved by an offset."""
@@ -96,7 +96,7 @@ class SDF2(Flat):
         """Cut through the middle and pulled apart by size on each side of each axis."""
 
     def color(self, c: Color) -> SDF2:
-        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+        """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float) -> SDF2:
         """Turned around the origin by an angle in radians, clockwise."""
@@ -126,7 +126,7 @@ def slab(
     y1: float | None = ...,
     k: float | None = ...,
 ) -> SDF2:
-    """What lies between lines across the axes, of which any may be left out; k rounds its corners."""
+    """The region between lines across the axes; each line is optional, and k rounds the corners."""
 
 def rectangle(size: Size = ..., center: Vector = ..., a: Vector | None = ..., b: Vector | None = ...) -> SDF2:
     """A rectangle of given sides around a center, or from corner a to corner b."""
@@ -147,16 +147,16 @@ def polygon(points: Points) -> SDF2:
     """A polygon from its corners in order; where it crosses itself, even-odd."""
 
 def vesica(r: float, d: float) -> SDF2:
-    """What two disks of radius r share whose centers are d to the left and right of the origin."""
+    """The intersection of two disks of radius r with centers d to the left and right of the origin."""
 
 def union(a: SDF2, *bs: SDF2, k: float | None = ...) -> SDF2:
-    """What is in any of the shapes; k rounds the edges where they meet."""
+    """All points in any of the shapes; k rounds the edges where they meet."""
 
 def difference(a: SDF2, *bs: SDF2, k: float | None = ...) -> SDF2:
     """The first shape without the others; k rounds the cuts' edges."""
 
 def intersection(a: SDF2, *bs: SDF2, k: float | None = ...) -> SDF2:
-    """What is in all of the shapes; k rounds the edges."""
+    """All points in every one of the shapes; k rounds the edges."""
 
 def blend(a: SDF2, *bs: SDF2, k: float = ...) -> SDF2:
     """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
@@ -174,8 +174,8 @@ def shell(other: SDF2, thickness: float) -> SDF2:
     """Hollow: a skin around the surface."""
 
 def repeat(other: SDF2, spacing: Size, count: Size | None = ..., padding: Size = ...) -> SDF2:
-    """Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how many
-    neighbours on each side may reach into a cell."""
+    """Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number of
+    neighbours on each side that may reach into a cell."""
 
 def translate(other: SDF2, offset: Vector) -> SDF2:
     """Moved by an offset."""
@@ -187,7 +187,7 @@ def elongate(other: SDF2, size: Size) -> SDF2:
     """Cut through the middle and pulled apart by size on each side of each axis."""
 
 def color(other: SDF2, c: Color) -> SDF2:
-    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+    """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF2, angle: float) -> SDF2:
     """Turned around the origin by an angle in radians, clockwise."""

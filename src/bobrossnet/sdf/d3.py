@@ -15,17 +15,17 @@ UP = Z
 
 
 class SDF3(Solid):
-    """A shape in three dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
+    """A shape in three dimensions. Operations are its methods; ``|``, ``&`` and ``-`` combine it with other shapes.
 
     Parameters
     ----------
     function : Expression, or callable
-        A formula in x, y and z, negative inside; or a function of points (n, 3) that returns one number for each,
-        which is called once with symbols.
+        A formula in x, y and z, negative inside; or a function of points (n, 3), called once with symbols, that returns
+        one number for each.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-        The box to look in when it is traced. Without it the bounds are found.
+        The box that contains the traced surface. If omitted, bounds are derived.
     color : str, 3 numbers in 0..1, ColorFormula or callable, optional
-        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
+        Colour of the shape: sRGB as "#rrggbb", linear RGB, a formula, or a function of points that returns (n, 3).
 
     Attributes
     ----------

@@ -77,13 +77,13 @@ UP: NDArray[np.int_]
 
 class SDF3(Solid):
     def union(self, *bs: SDF3, k: float | None = ...) -> SDF3:
-        """What is in any of the shapes; k rounds the edges where they meet."""
+        """All points in any of the shapes; k rounds the edges where they meet."""
 
     def difference(self, *bs: SDF3, k: float | None = ...) -> SDF3:
         """The first shape without the others; k rounds the cuts' edges."""
 
     def intersection(self, *bs: SDF3, k: float | None = ...) -> SDF3:
-        """What is in all of the shapes; k rounds the edges."""
+        """All points in every one of the shapes; k rounds the edges."""
 
     def blend(self, *bs: SDF3, k: float = ...) -> SDF3:
         """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
@@ -101,8 +101,8 @@ class SDF3(Solid):
         """Hollow: a skin around the surface."""
 
     def repeat(self, spacing: Size, count: Size | None = ..., padding: Size = ...) -> SDF3:
-        """Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how
-        many neighbours on each side may reach into a cell."""
+        """Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number
+        of neighbours on each side that may reach into a cell."""
 
     def translate(self, offset: Vector) -> SDF3:
         """Moved by an offset."""
@@ -114,16 +114,16 @@ class SDF3(Solid):
         """Cut through the middle and pulled apart by size on each side of each axis."""
 
     def color(self, c: Color) -> SDF3:
-        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+        """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float, vector: Vector = ...) -> SDF3:
         """Turned around a vector by an angle in radians."""
 
     def rotate_to(self, a: Vector, b: Vector) -> SDF3:
-        """Turned by the angle between two vectors: what pointed along b points along a."""
+        """Turned by the angle between two vectors, from b to a."""
 
     def orient(self, axis: Vector) -> SDF3:
-        """Turned by the angle between z and an axis: what pointed along the axis points up."""
+        """Turned by the angle between z and an axis, from the axis to z."""
 
     def circular_array(self, count: int, offset: float = ...) -> SDF3:
         """Copies in a circle around the z axis, each moved outwards by an offset."""
@@ -147,7 +147,7 @@ class SDF3(Solid):
         """From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased."""
 
     def wrap_around(self, x0: float, x1: float, r: float | None = ..., e: Easing = ...) -> SDF3:
-        """What lies along x from x0 to x1, laid around the z axis at radius r, by default the one that it fits once."""
+        """The part along x from x0 to x1, wrapped around the z axis at radius r; by default it fits once."""
 
     def slice(self) -> SDF2:
         """The section in the plane z = 0."""
@@ -167,7 +167,7 @@ def slab(
     z1: float | None = ...,
     k: float | None = ...,
 ) -> SDF3:
-    """What lies between planes across the axes, of which any may be left out; k rounds its edges."""
+    """The region between planes across the axes; each plane is optional, and k rounds the edges."""
 
 def box(size: Size = ..., center: Vector = ..., a: Vector | None = ..., b: Vector | None = ...) -> SDF3:
     """A box of given sides around a center, or from corner a to corner b."""
@@ -218,13 +218,13 @@ def icosahedron(r: float) -> SDF3:
     """A regular icosahedron with corners on the sphere of radius r."""
 
 def union(a: SDF3, *bs: SDF3, k: float | None = ...) -> SDF3:
-    """What is in any of the shapes; k rounds the edges where they meet."""
+    """All points in any of the shapes; k rounds the edges where they meet."""
 
 def difference(a: SDF3, *bs: SDF3, k: float | None = ...) -> SDF3:
     """The first shape without the others; k rounds the cuts' edges."""
 
 def intersection(a: SDF3, *bs: SDF3, k: float | None = ...) -> SDF3:
-    """What is in all of the shapes; k rounds the edges."""
+    """All points in every one of the shapes; k rounds the edges."""
 
 def blend(a: SDF3, *bs: SDF3, k: float = ...) -> SDF3:
     """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
@@ -242,8 +242,8 @@ def shell(other: SDF3, thickness: float) -> SDF3:
     """Hollow: a skin around the surface."""
 
 def repeat(other: SDF3, spacing: Size, count: Size | None = ..., padding: Size = ...) -> SDF3:
-    """Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how many
-    neighbours on each side may reach into a cell."""
+    """Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number of
+    neighbours on each side that may reach into a cell."""
 
 def translate(other: SDF3, offset: Vector) -> SDF3:
     """Moved by an offset."""
@@ -255,16 +255,16 @@ def elongate(other: SDF3, size: Size) -> SDF3:
     """Cut through the middle and pulled apart by size on each side of each axis."""
 
 def color(other: SDF3, c: Color) -> SDF3:
-    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+    """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF3, angle: float, vector: Vector = ...) -> SDF3:
     """Turned around a vector by an angle in radians."""
 
 def rotate_to(other: SDF3, a: Vector, b: Vector) -> SDF3:
-    """Turned by the angle between two vectors: what pointed along b points along a."""
+    """Turned by the angle between two vectors, from b to a."""
 
 def orient(other: SDF3, axis: Vector) -> SDF3:
-    """Turned by the angle between z and an axis: what pointed along the axis points up."""
+    """Turned by the angle between z and an axis, from the axis to z."""
 
 def circular_array(other: SDF3, count: int, offset: float = ...) -> SDF3:
     """Copies in a circle around the z axis, each moved outwards by an offset."""
@@ -288,7 +288,7 @@ def transition_radial(f0: SDF3, f1: SDF3, r0: float = ..., r1: float = ..., e: E
     """From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased."""
 
 def wrap_around(other: SDF3, x0: float, x1: float, r: float | None = ..., e: Easing = ...) -> SDF3:
-    """What lies along x from x0 to x1, laid around the z axis at radius r, by default the one that it fits once."""
+    """The part along x from x0 to x1, wrapped around the z axis at radius r; by default it fits once."""
 
 def slice(other: SDF3) -> SDF2:
     """The section in the plane z = 0."""

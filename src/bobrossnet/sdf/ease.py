@@ -1,4 +1,4 @@
-"""Easing functions: from 0 at t = 0 to 1 at t = 1, of numbers and of arrays. Editors read ease.pyi."""
+"""Easing functions of numbers and arrays, from 0 at t = 0 to 1 at t = 1. Editors read ease.pyi."""
 
 from bobrossnet.sdf.words import easing_words
 

@@ -91,10 +91,10 @@ def in_expo(t: Any) -> Any:
     """Doubles every tenth of the way."""
 
 def out_expo(t: Any) -> Any:
-    """Halves what is left every tenth of the way."""
+    """Halves the rest every tenth of the way."""
 
 def in_out_expo(t: Any) -> Any:
-    """Doubles every twentieth of the way, then halves what is left."""
+    """Doubles every twentieth of the way, then halves the rest."""
 
 def in_circ(t: Any) -> Any:
     """Speeds up: a quarter of a circle, level at the start."""

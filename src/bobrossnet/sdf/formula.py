@@ -1,4 +1,4 @@
-"""Shapes from formulas, with the language's operations as methods."""
+"""Shapes from formulas, with the modelling language's operations as methods."""
 
 from __future__ import annotations
 
@@ -11,32 +11,31 @@ from bobrossnet.sdf.symbols import color_formula_of, expression_of
 
 
 def implicit(function: Callable[..., Any], bounds: Any = None, color: Any = None) -> SDF3:
-    """The shape that is inside where a function is negative.
+    """Make the shape that is inside where a function is negative.
 
-    The function is called once, with symbols, and what it computes becomes a formula; it may use operators, numpy's
-    functions, `np.where`, and loops and conditions on numbers.
+    The function is called once, with symbols, and its operations are recorded as a formula; it may use operators,
+    numpy's functions, `np.where`, and loops and conditions on numbers.
 
     Parameters
     ----------
     function : callable
-        f(x, y, z), of any unit: it need not be a distance.
+        f(x, y, z), in any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
-        The box to look in. Without it the bounds are found, and an unbounded shape is refused.
+        The box that contains the surface. If omitted, bounds are derived, and an unbounded shape is refused.
     color : callable, str, 3 numbers in 0..1 or ColorFormula, optional
-        Of the surface: (r, g, b) of x, y and z, written as the function is, or a colour: sRGB as "#rrggbb" or linear
-        RGB. What it gives is linear, and clamped to 0..1; NaN is 0.
+        Colour of the surface: a function of x, y and z that returns linear (r, g, b), or a constant, sRGB as "#rrggbb"
+        or linear RGB. Values are clamped to 0..1, with NaN as 0.
 
     Returns
     -------
     SDF3
-        With the modelling language's operations as methods; where f is not a distance, blends and offsets are as uneven
-        as f is.
+        With the modelling language's operations as methods. Where f is not a distance, blends and offsets are uneven.
 
     Raises
     ------
     InputError
-        If a function can't be turned into a formula, the bounds are not a box or the colour is none; the message says
-        why.
+        If a function can't be recorded as a formula, the bounds are not a box, or the colour is invalid; the message
+        gives the reason.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Lines of text as a font's own Bézier curves, read by fontTools: the extra `text`."""
+"""Outlines of a line of text as the font's Bézier curves, by fontTools: the extra `text`."""
 
 # ruff: noqa: N802, N815  # the pen's methods have fontTools' names
 
@@ -18,8 +18,10 @@ from bobrossnet.support.errors import InputError
 
 @dataclass(frozen=True)
 class Line:
-    """A line of text in units of the font's size: the Bézier curves of each outline, and the box around it, from where
-    its first letter begins to where another would, or as far as the letters reach beyond that."""
+    """A line of text in units of the font size: the Bézier curves of each outline, and their box.
+
+    The box spans the advance widths of all letters, extended to their outlines.
+    """
 
     outlines: list[list[Places]]
     low: complex
@@ -32,7 +34,7 @@ class Line:
 
 
 class Pen(BasePen):  # type: ignore[misc]
-    """Writes down the curves of outlines, and closes them."""
+    """A pen that records the curves of outlines, and closes them."""
 
     def __init__(self, glyphs: Any) -> None:
         super().__init__(glyphs)
@@ -57,12 +59,12 @@ class Pen(BasePen):  # type: ignore[misc]
 
 
 def line(name: str, path: str, text: str) -> Line:
-    """A text in the font of a file, letters by their widths and the `kern` table. `name` begins messages.
+    """Lay out text in the font of a file, by advance widths and the `kern` table. `name` begins error messages.
 
     Raises
     ------
     InputError
-        If the font can't be read, or nothing of the text can be seen.
+        If the font can't be read, or no part of the text is visible.
     """
     outlines: list[list[Any]] = []
     at, before, low, high = 0.0, "", complex(0, np.inf), complex(0, -np.inf)
@@ -84,7 +86,7 @@ def line(name: str, path: str, text: str) -> Line:
                     low = complex(min(low.real, at + x0), min(low.imag, y0))
                     high = complex(max(high.real, at + x1), max(high.imag, y1))
                 at, before = at + glyphs[glyph].width, glyph
-    except Exception as error:  # of a damaged font, any
+    except Exception as error:  # damaged fonts raise many types
         reason = " ".join(str(error).split()) if isinstance(error, TTLibError) else type(error).__name__
         raise InputError(f"{name}: {path}: expected a font with outlines, TrueType or OpenType: {reason}") from error
     high = complex(max(high.real, at), high.imag)

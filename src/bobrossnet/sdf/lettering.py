@@ -1,4 +1,4 @@
-"""Text as shapes in two dimensions, after fogleman/sdf: the outlines of a font's letters themselves."""
+"""Text as shapes in two dimensions, after fogleman/sdf, from the font's exact outlines."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
     from bobrossnet.sdf.glyphs import Line
 
 TOLERANCE = 3e-5
-"""How far outlines are from the font's curves at most, in the font's size."""
+"""Maximum distance of outlines from the font's curves, as a share of the font size."""
 
 
 def measure_text(
     font_name: str | os.PathLike[str], text: str, width: float | None = None, height: float | None = None
 ) -> tuple[float, float]:
-    """The width and height of the shape that `text` makes of the same arguments.
+    """Return the width and height of the shape that `text` makes of the same arguments.
 
     Parameters
     ----------
-    As of `text`.
+    As in `text`.
 
     Returns
     -------
     (width, height) : floats
-        Across from where the first letter begins to where another would follow, spaces included, or as far as letters
-        reach beyond; from the lowest to the highest point of the letters.
+        Width: the advance widths of all letters, spaces included, extended to their outlines. Height: from the lowest
+        to the highest point of the letters.
 
     Raises
     ------
@@ -50,31 +50,31 @@ def text(
     pixels: Any = None,
     points: Any = None,
 ) -> SDF2:
-    """A line of text, its middle at the origin.
+    """Make a line of text, centred on the origin.
 
-    Its outline is the font's own to 3e-5 of the font's size, of which letters are about 0.7 high: arcs along its
-    curves. Distances are those from this outline. Letters follow one another by their widths and the font's `kern`
-    table; there are no ligatures, and scripts that join or reorder letters are not shaped.
+    Its outline follows the font's curves by arcs, to 3e-5 of the font size; letters are about 0.7 of that size high.
+    Distances are distances from this outline. Letters are set by advance widths and the font's `kern` table, without
+    ligatures or the shaping of scripts that join or reorder letters.
 
     Parameters
     ----------
     font_name : str or path
-        A font file, TrueType or OpenType, or a name under which Pillow finds one, such as ``"DejaVuSans.ttf"``.
+        A TrueType or OpenType file, or a name under which Pillow finds one, such as ``"DejaVuSans.ttf"``.
     text : str
-        One line. What the font has no letter for is drawn as its box for that.
+        One line. Missing letters are drawn as the font's box for them.
     width, height : numbers above 0, optional
-        Of the box that `measure_text` describes; with both, letters are stretched. Without either, the height is 1.
+        Size of the box of `measure_text`; if both are given, letters are stretched. By default the height is 1.
     pixels, points
-        Of fogleman/sdf, and not needed.
+        Accepted for fogleman/sdf, and ignored.
 
     Raises
     ------
     InputError
-        If the font can't be read, the text has nothing to be seen or too much for one formula, or fontTools is missing.
+        If the font can't be read, the text is invisible or too long for one formula, or fontTools is missing.
 
     Examples
     --------
-    A sign as large as its text, for a name of a font that this machine has::
+    A sign that fits its text, for any font on this machine::
 
         width, height = measure_text(font, "Hello")
         f = rounded_box((width + 1, height + 1, 0.2), 0.1) - text(font, "Hello").extrude(0.1).translate(0.1 * Z)
@@ -95,7 +95,7 @@ def text(
 
 
 def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
-    """The text in a font that Pillow finds; `name` begins messages."""
+    """Lay out the text in a font that Pillow finds; `name` begins error messages."""
     try:
         from bobrossnet.sdf.glyphs import line
     except ModuleNotFoundError:
@@ -107,10 +107,10 @@ def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
         raise InputTypeError(f"{name}: text: expected a string, got {type(text).__name__}")
     if not text.isprintable():
         raise InputError(f"{name}: text: expected one line of letters, got {text!r}; make each line a shape of its own")
-    from PIL import ImageFont  # which imports wait for, text or not
+    from PIL import ImageFont  # imported only when needed
 
     try:
-        if os.path.exists(font):  # else a name that Pillow knows
+        if os.path.exists(font):  # otherwise a name for Pillow to find
             check_file(font)
         path = str(ImageFont.truetype(str(font), 16).path)
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Pictures as shapes in two dimensions, after fogleman/sdf: inside where they are white."""
+"""Images as shapes in two dimensions, after fogleman/sdf: white is inside."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 PIXELS = 2**22
-"""As in fogleman/sdf."""
+"""Maximum number of pixels, as in fogleman/sdf."""
 
 TOLERANCE = 0.25
-"""How far the outline may be simplified, in pixels: with a tenth of that, circles have twice as many corners."""
+"""Tolerance of the outline's simplification, in pixels: with a tenth of it, circles have twice as many corners."""
 
 MOST_CORNERS = 2**18
-"""Of an outline before it is simplified; noise has more, and a formula of so many would be too large."""
+"""Maximum number of corners before simplification; noisy images exceed it, and their formula would be too large."""
 
 WHITE = 127.5
-"""Above it a gray level is white."""
+"""Threshold of gray levels: higher ones are white."""
 
 
 def measure_image(path_or_array: Any, width: float | None = None, height: float | None = None) -> tuple[float, float]:
-    """The width and height of the picture that `image` makes a shape of with the same arguments.
+    """Return the width and height of the shape that `image` makes of the same arguments, borders included.
 
     Parameters
     ----------
-    As of `image`.
+    As in `image`.
 
     Returns
     -------
@@ -49,25 +49,25 @@ def measure_image(path_or_array: Any, width: float | None = None, height: float 
 
 
 def image(path_or_array: Any, width: float | None = None, height: float | None = None, pixels: int = PIXELS) -> SDF2:
-    """What is white in a picture, the picture's middle at the origin.
+    """Make a shape of the white part of an image, centred on the origin.
 
-    The outline is where gray, interpolated between pixels' centres, is half of white, simplified by at most a quarter
-    of a pixel. Distances are those from this outline.
+    The outline is the level set of half white, interpolated between pixel centres and simplified by at most a quarter
+    of a pixel. Distances are distances from this outline.
 
     Parameters
     ----------
     path_or_array : path, PIL image, or array
-        A file that Pillow reads, or an array (h, w) bool, uint8, or float in 0..1, or (h, w, 3 or 4) uint8. Colours
-        count by their luma, and alpha does not count.
+        A file that Pillow reads, or an array (h, w) bool, uint8, or float in 0..1, or (h, w, 3 or 4) uint8. Colours are
+        converted to luma; alpha is ignored.
     width, height : numbers above 0, optional
-        Of the whole picture; with both, it is stretched. Without either, the height is 1.
+        Size of the whole image; if both are given, it is stretched. By default the height is 1.
     pixels : int, 16..2**26
-        Larger pictures are made smaller first.
+        Larger images are downsampled first.
 
     Raises
     ------
     InputError
-        If the picture can't be read, has no white, or its outline is too intricate.
+        If the image can't be read, has no white, or has too intricate an outline.
 
     Examples
     --------
@@ -97,8 +97,8 @@ def image(path_or_array: Any, width: float | None = None, height: float | None =
 
 
 def _opened(name: str, thing: Any) -> Image:
-    """A picture as gray levels: of mode L, or F in 0..255."""
-    from PIL import Image  # which imports wait for, pictures or not
+    """Open an image as gray levels: of mode L, or F in 0..255."""
+    from PIL import Image  # imported only when needed
 
     if isinstance(thing, Image.Image):
         return thing.convert("L")
@@ -112,7 +112,7 @@ def _opened(name: str, thing: Any) -> Image:
             raise InputError(f"{name}: {thing}: expected a picture: {error}") from None
     try:
         array = np.asarray(thing)
-    except ValueError:  # rows of different lengths
+    except ValueError:  # rows of unequal lengths
         array = np.asarray(None)
     colored = array.ndim == 3 and array.shape[2] in (3, 4) and array.dtype == np.uint8
     gray = array.ndim == 2 and (array.dtype in (np.bool_, np.uint8) or array.dtype.kind == "f")
@@ -124,9 +124,9 @@ def _opened(name: str, thing: Any) -> Image:
     return Image.fromarray(array).convert("L")
 
 
-# Of a square between four pixels: which corners are white, clockwise from the top left, and from which sides to which
-# the outline goes with white to its left; sides are numbered clockwise from the top. Where white meets white across a
-# corner only, the mean of the four decides.
+# Marching squares on a square of four pixels: a bit for each white corner, clockwise from the top left. The outline
+# runs between sides, numbered clockwise from the top, with white to its left. If white meets white only across a
+# diagonal, the mean of the four pixels decides.
 APART = {
     0b0001: [(3, 0)], 0b0010: [(0, 1)], 0b0100: [(1, 2)], 0b1000: [(2, 3)],
     0b0011: [(3, 1)], 0b0110: [(0, 2)], 0b1100: [(1, 3)], 0b1001: [(2, 0)],
@@ -137,9 +137,9 @@ JOINED = {0b0101: [(1, 0), (3, 2)], 0b1010: [(0, 3), (2, 1)]}
 
 
 def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
-    """Marching squares: closed outlines around white, in pixels, x to the right and y down from the top left.
+    """Yield closed outlines around white by marching squares, in pixels, x right and y down from the top left.
 
-    The picture's frame is where white ends that reaches it.
+    White regions that reach the image's border are closed along it.
     """
     around = np.pad(gray, 1, mode="edge")
     framed = np.minimum(around, 2 * WHITE - around)
@@ -148,7 +148,7 @@ def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
     corners = [framed[:-1, :-1], framed[:-1, 1:], framed[1:, 1:], framed[1:, :-1]]
     code = np.sum([(corner > WHITE) << bit for bit, corner in enumerate(corners)], axis=0)
     joined = np.sum(corners, axis=0) > 4 * WHITE
-    # Sides of squares by number: those along rows, then those along columns.
+    # Sides of squares by number: along rows first, then along columns.
     square = np.arange(height * width).reshape(height, width)[:-1, :-1]
     sides = [square, height * width + square + 1, square + width, height * width + square]
     onward = np.full(2 * height * width, -1)
@@ -163,7 +163,7 @@ def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
             f"image: expected an outline of at most {MOST_CORNERS} corners, got {len(starts)}; give fewer pixels="
         )
 
-    # Where gray is half of white on each of them; centres of pixels are at halves.
+    # Interpolated position of half white on each side; pixel centres are at halves.
     along_column, place = np.divmod(starts, height * width)
     row, column = np.divmod(place, width)
     here, there = framed[row, column], framed[row + along_column, column + 1 - along_column]
@@ -186,7 +186,7 @@ def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
 
 
 def _simplified(loop: Places) -> Places:
-    """The corners of a closed outline that are enough: Douglas and Peucker's, between two that are far apart."""
+    """Simplify a closed outline by Douglas-Peucker, between two distant corners."""
     far = int(np.abs(loop - loop[0]).argmax())
     closed = np.append(loop, loop[0])
     kept = {0, far}

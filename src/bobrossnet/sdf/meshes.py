@@ -1,4 +1,4 @@
-"""Meshes as shapes of the modelling language, by their exact distances."""
+"""Meshes as shapes of the modelling language, by exact distances."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bobrossnet.support.errors import InputError, check_number
 
 
 class Mesh(shapes.Mesh):
-    """A triangle mesh that can be made a shape of the language.
+    """A triangle mesh that converts to a shape of the language.
 
     >>> from bobrossnet.sdf import *
     >>> corners, triangles = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
@@ -21,19 +21,19 @@ class Mesh(shapes.Mesh):
 
     Parameters
     ----------
-    vertices, triangles, and what else `bobrossnet.Mesh` takes
+    vertices, triangles, and the other parameters of `bobrossnet.Mesh`
     """
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> Mesh:
-        """Read a mesh from a file, as `bobrossnet.load_mesh` does, which says what is raised.
+        """Read a mesh from a file, as `bobrossnet.load_mesh` does, with the same errors.
 
         Parameters
         ----------
         path : str or path
             Ends in .stl, .ply, .obj, .off, .glb, .gltf or .3mf.
         """
-        from bobrossnet.adapters.files import load_mesh  # which reads programs of this language, too
+        from bobrossnet.adapters.files import load_mesh  # it also loads programs of this language
 
         read = load_mesh(path)
         mesh = cls.from_tensors(read.tensors_apart(), read.picture)
@@ -41,16 +41,16 @@ class Mesh(shapes.Mesh):
         return mesh
 
     def sdf(self, voxel_size: float | None = None, half_width: float | None = None) -> SDF3:
-        """The mesh as a shape: the distance from its triangles, negative inside, in the mesh's units.
+        """Return the mesh as a shape: the signed distance from its triangles, in the mesh's units.
 
-        Distances are exact everywhere, from the vertices rounded to 1e-7 of the mesh's size. Equal vertices count as
-        one. Inside is what the surface winds around, in whichever direction: parts may overlap, and what lies within
-        more than one of them is inside. Colours, normals and textures are left out.
+        Distances are exact everywhere, for vertices rounded to 1e-7 of the mesh's size. Equal vertices are merged.
+        Points with a nonzero winding number are inside, so parts may overlap. Colours, normals and textures are
+        dropped.
 
         Parameters
         ----------
         voxel_size, half_width : number above 0, optional
-            Of the grids that fogleman/sdf needs; here they change nothing.
+            Grid options of fogleman/sdf, ignored here.
 
         Returns
         -------
@@ -59,8 +59,8 @@ class Mesh(shapes.Mesh):
         Raises
         ------
         InputError
-            If the mesh is not closed, or triangles that share an edge wind in different directions: then nothing says
-            what is inside.
+            If the mesh is not closed, or triangles that share an edge are wound inconsistently: then the inside is
+            undefined.
         """
         for name, value in (("voxel_size", voxel_size), ("half_width", half_width)):
             if value is not None:

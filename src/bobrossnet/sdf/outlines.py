@@ -1,4 +1,4 @@
-"""Shapes from outlines of lines and arcs: arcs along Bézier curves, and how large a shape is made."""
+"""Shapes from outlines of lines and arcs: biarcs along Bézier curves, and the scaling to a requested size."""
 
 from __future__ import annotations
 
@@ -14,29 +14,31 @@ from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.support.errors import InputError, check_number
 
 Places: TypeAlias = NDArray[np.complex128]
-"""Places in the plane, x + i y: turning is multiplication."""
+"""Points in the plane, x + i y: rotation is multiplication."""
 
 Outline: TypeAlias = NDArray[np.float64]
-"""(n, 3): x, y and the bulge of the piece from there to the next row's place, from the last to the first. The bulge is
-the tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a line."""
+"""(n, 3): x, y and the bulge of the piece from each point to the next, from the last to the first.
+
+The bulge is the tangent of a quarter of the arc's angle, positive anticlockwise, 0 for a line.
+"""
 
 MOST_PARTS = 64
-"""Of a curve: at a cusp arcs come no nearer to it."""
+"""Maximum number of parts of a curve: at a cusp, more parts come no closer to it."""
 
 MOST_PIECES = 10_000
-"""Of an outline, as of polygons: bounds of larger formulas are hardly found."""
+"""Maximum number of pieces of an outline, as for polygons: deriving bounds of larger formulas mostly fails."""
 
 LARGEST_RADIUS = 10
-"""Of arcs, in sizes of what they are part of: float32 has no digits left for larger ones, which become lines."""
+"""Maximum radius of an arc, relative to the whole outline: larger arcs exceed float32's precision and become lines."""
 
 
 def region(outlines: list[Outline], name: str) -> SDF2:
-    """The shape of what closed outlines wind around, in either direction. `name` begins messages.
+    """Make the shape of all points with a nonzero winding number in closed outlines. `name` begins error messages.
 
     Raises
     ------
     InputError
-        If nothing is inside, or its formula grows too large.
+        If nothing is inside, or the formula grows too large.
     """
     pieces = sum(map(len, outlines))
     if pieces > MOST_PIECES:
@@ -51,9 +53,9 @@ def region(outlines: list[Outline], name: str) -> SDF2:
 
 
 def fitted_size(name: str, own: tuple[float, float], width: Any, height: Any) -> tuple[float, float]:
-    """Width and height of what has a size of its own, where neither, one or both of them are given.
+    """Return the final width and height of a shape with a natural size, from given values or None.
 
-    What is not given follows from the proportions; without either, the height is 1.
+    Proportions determine an omitted value; if both are omitted, the height is 1.
     """
     aspect = own[0] / own[1]
     high = 1.0 if height is None else check_number(f"{name}: height", height, 0, above=True)
@@ -64,16 +66,16 @@ def fitted_size(name: str, own: tuple[float, float], width: Any, height: Any) ->
 
 
 def arcs_along(curve: Places, tolerance: float, size: float) -> Outline:
-    """Arcs along a Bézier curve: each of as few equal parts of its parameter as will do becomes two that meet smoothly.
+    """Approximate a Bézier curve by biarcs: the fewest equal parts of its parameter, each of two smoothly joined arcs.
 
     Parameters
     ----------
     curve : (2,), (3,) or (4,) complex128
         The control points of a line, a parabola or a cubic.
     tolerance : float
-        How far arcs may be from the curve.
+        Maximum distance of the arcs from the curve.
     size : float
-        Of what it is part of.
+        Size of the whole outline.
 
     Returns
     -------
@@ -94,7 +96,7 @@ def arcs_along(curve: Places, tolerance: float, size: float) -> Outline:
 
 
 def _at(curve: Places, t: NDArray[np.float64]) -> Places:
-    """de Casteljau's algorithm."""
+    """Evaluate the curve by de Casteljau's algorithm."""
     points = [np.full(t.shape, point) for point in curve]
     while len(points) > 1:
         points = [a + t * (b - a) for a, b in pairwise(points)]
@@ -102,7 +104,7 @@ def _at(curve: Places, t: NDArray[np.float64]) -> Places:
 
 
 def _directions(curve: Places, t: NDArray[np.float64]) -> Places:
-    """Unit tangents. Where control points coincide, the way from just before to just after."""
+    """Return unit tangents; where control points coincide, by central differences."""
     slope = _at(np.diff(curve), t)
     around = _at(curve, np.minimum(t + 1e-4, 1)) - _at(curve, np.maximum(t - 1e-4, 0))
     slope = np.where(np.abs(slope) > 1e-6 * np.abs(np.diff(curve)).max(), slope, around)
@@ -110,15 +112,15 @@ def _directions(curve: Places, t: NDArray[np.float64]) -> Places:
 
 
 def _two_arcs(places: Places, directions: Places) -> tuple[Places, NDArray[np.float64]]:
-    """Two arcs from each place to the next with these directions at their ends: where they start, and their bulges.
+    """Return the start points and bulges of biarcs from each point to the next, with these directions at their ends.
 
-    Of all pairs that there are, the one whose tangents are equally long.
+    Of all possible pairs, the one with equal tangent lengths.
     """
     a, b, from_a, to_b = places[:-1], places[1:], directions[:-1], directions[1:]
     chord, both = b - a, from_a + to_b
     bend = 1 - (from_a * to_b.conj()).real
     along = (chord * both.conj()).real
-    with np.errstate(all="ignore"):  # what can't be joined is NaN, and not near the curve
+    with np.errstate(all="ignore"):  # impossible arcs become NaN, which is not near the curve
         root = np.sqrt(along**2 + 2 * bend * np.abs(chord) ** 2)
         length = np.abs(chord) ** 2 / (along + root)
         middle = (a + b + length * (from_a - to_b)) / 2
@@ -127,18 +129,18 @@ def _two_arcs(places: Places, directions: Places) -> tuple[Places, NDArray[np.fl
 
 
 def _distances(starts: Places, end: complex, bulges: NDArray[np.float64], points: Places) -> NDArray[np.float64]:
-    """How far each row of points is from its two arcs; infinite where there are none."""
+    """Return the distance of each row of points from its biarc; infinite if there is no biarc."""
     chords = np.append(starts[1:], end) - starts
     off = []
     with np.errstate(all="ignore"):
         for first in (0, 1):
             start, chord, bulge = (array[first::2, None] for array in (starts, chords, bulges))
-            local = (points - start) / chord  # the chord from 0 to 1
+            local = (points - start) / chord  # maps the chord to 0..1
             radius = (1 + bulge**2) / (4 * np.abs(bulge))
             center = 0.5 + 0.25j * (1 - bulge**2) / bulge
             straight = np.abs(bulge) < 1e-9
             off.append(np.abs(chord) * np.abs(np.where(straight, local.imag, np.abs(local - center) - radius)))
-        onward = chords[::2, None] * np.exp(2j * np.arctan(bulges[::2, None]))  # where the two meet
+        onward = chords[::2, None] * np.exp(2j * np.arctan(bulges[::2, None]))  # tangent at the joint of the two arcs
         is_before = ((points - starts[1::2, None]) * onward.conj()).real < 0
     return np.nan_to_num(np.where(is_before, *off), nan=np.inf)
 
@@ -146,7 +148,7 @@ def _distances(starts: Places, end: complex, bulges: NDArray[np.float64], points
 def _without_large_radii(
     starts: Places, ends: Places, bulges: NDArray[np.float64], tolerance: float, largest: float
 ) -> Outline:
-    """The rows of an outline in which arcs of larger radii are lines, as many as stay within the tolerance."""
+    """Return the outline with arcs above the largest radius replaced by the fewest lines within the tolerance."""
     rows = []
     for start, end, bulge in zip(starts, ends, bulges, strict=True):
         length, radius = abs(end - start), math.inf
@@ -158,7 +160,7 @@ def _without_large_radii(
         lines = max(1, math.ceil(length / math.sqrt(8 * radius * tolerance))) if bulge else 1
         angle = 4 * math.atan(bulge)
         for i in range(lines):
-            # The chords to points of an arc are as the sines of half of their angles.
+            # Chords to points of an arc are proportional to the sines of half their angles.
             turn, half = angle * i / lines, angle / 2
             chord = np.exp(0.5j * (turn - angle)) * math.sin(turn / 2) / math.sin(half) if i else 0
             place = start + (end - start) * chord

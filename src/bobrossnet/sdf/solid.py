@@ -1,4 +1,4 @@
-"""What solids can do besides the language's operations: be traced, drawn and made meshes."""
+"""Solids: distance functions in three dimensions that can be traced, drawn and meshed."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.trace import trace
 
 SAMPLES = 2**22
-"""As in fogleman/sdf."""
+"""Default number of samples, as in fogleman/sdf."""
 
 
 class Solid(words.SDF, Implicit):
-    """What `SDF3`, which has the language's operations besides, is made of."""
+    """Base class of `SDF3`, without the language's operations."""
 
     dimensions = 3
 
@@ -52,26 +52,26 @@ class Solid(words.SDF, Implicit):
         size: SizeLike = (480, 640),
         camera: Camera | None = None,
     ) -> None:
-        """Write the shape as a mesh, as a formula, or a picture of it.
+        """Write the shape as a mesh, a formula or a picture.
 
         Parameters
         ----------
         path : str or path
-            Ends in that of a mesh, .stl, .ply, .obj or .glb, or of a picture, such as ``.png``; or in .3mf, which keeps
-            the formula, in millimetres, by the Volumetric and Implicit Extensions 1.0.
+            The ending selects a mesh, .stl, .ply, .obj or .glb, a picture, such as ``.png``, or .3mf, which
+            keeps the formula, in millimetres, by the Volumetric and Implicit Extensions 1.0.
         step, bounds, samples
-            As of `generate`; a picture and a 3MF need the bounds alone.
+            As in `generate`; a picture and a 3MF use the bounds alone.
         workers, batch_size, verbose, sparse
-            Of fogleman/sdf, and not needed.
+            Accepted for fogleman/sdf, and ignored.
         size : (height, width) or "WIDTHxHEIGHT"
-            Of a picture.
+            Size of a picture.
         camera : Camera, optional
-            Of a picture.
+            Camera of a picture.
 
         Raises
         ------
         InputError
-            If the ending is another, or the shape can't be traced or made a mesh.
+            If the ending is unknown, or the shape can't be traced or meshed.
         """
         ending = path_of(path).suffix.lower()
         if ending in MESH_FORMATS:
@@ -100,19 +100,18 @@ class Solid(words.SDF, Implicit):
         verbose: Any = None,
         sparse: Any = None,
     ) -> NDArray[np.float64]:
-        """The corners of the triangles of a mesh, as fogleman/sdf has them; `mesh` gives vertices and triangles.
+        """Return the corners of a mesh's triangles, in fogleman/sdf's layout; `mesh` returns vertices and triangles.
 
         Parameters
         ----------
-        step : number above 0, or 3 of them, of which the least counts, optional
-            How long the triangles' sides are.
+        step : number above 0, or 3 of them, optional
+            Length of the triangles' sides; of 3 numbers, the minimum is used.
         bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-            The box to look in; by default the shape's own, or the one that is found. It cuts the shape, which is closed
-            there.
+            The box to mesh; by default the shape's bounds, given or derived. The shape is cut by it and closed there.
         samples : number above 0, optional
-            Without a step, the step with which so many points fill the bounds.
+            If the step is omitted, the number of grid points within the bounds that determines it.
         workers, batch_size, verbose, sparse
-            Of fogleman/sdf, and not needed.
+            Accepted for fogleman/sdf, and ignored.
 
         Returns
         -------
@@ -123,7 +122,7 @@ class Solid(words.SDF, Implicit):
         return mesh.vertices[mesh.triangles].reshape(-1, 3)
 
     def _within(self, bounds: Any, step: Any, samples: float | None) -> Mesh:
-        """The mesh for what `generate` is given."""
+        """Return the mesh for the arguments of `generate`."""
         shape = self._in(bounds)
         if step is not None and shape_of(step):
             step = float(check_array("step", step, (3,)).min())
@@ -133,30 +132,30 @@ class Solid(words.SDF, Implicit):
         return shape.mesh(step)
 
     def _in(self, bounds: Any) -> Implicit:
-        """The shape within other bounds, if there are any."""
+        """Return the shape within other bounds; None keeps its bounds."""
         return self if bounds is None else Implicit(self.expression, bounds, self.color_formula)
 
     def sample_slice(
         self, w: int = 1024, h: int = 1024, x: Any = None, y: Any = None, z: Any = None, bounds: Any = None
     ) -> tuple[NDArray[np.float64], tuple[float, float, float, float], str]:
-        """Distances on a plane across an axis.
+        """Return the signed distances on a plane perpendicular to an axis.
 
         Parameters
         ----------
         w, h : int, 2..8192
-            How many points along the first and the second of the other two axes.
+            Number of points along the first and the second of the other two axes.
         x, y or z : number
-            Where the plane is; the first of them that is given.
+            Position of the plane; the first one given is used.
         bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-            By default those of the shape.
+            By default the shape's bounds.
 
         Returns
         -------
         distances : (w, h) float64
         extent : (low, high, low, high)
-            Of the second of these axes and of the first, for matplotlib's imshow.
+            Range of the second of these axes and of the first, for matplotlib's imshow.
         axes : str
-            The names of both in this order, such as "YX".
+            Names of both in this order, such as "YX".
         """
         size = check_integer("w", w, 2, 8192), check_integer("h", h, 2, 8192)
         shape = self._in(bounds)
@@ -173,18 +172,18 @@ class Solid(words.SDF, Implicit):
         return self(points.reshape(-1, 3)).reshape(size), extent, "XYZ"[second] + "XYZ"[first]
 
     def show_slice(self, *args: Any, abs: bool = False, **kwargs: Any) -> None:
-        """Show how far the points of a plane are from the surface, by matplotlib.
+        """Plot the signed distances on a plane, by matplotlib.
 
         Parameters
         ----------
-        As of `sample_slice`, such as ``z=0``.
+        As in `sample_slice`, such as ``z=0``.
         abs : bool
-            Whether points inside are as far as those outside, instead of negative.
+            Whether to plot absolute distances.
 
         Raises
         ------
         InputError
-            If an argument can't be used, or there is no matplotlib.
+            If an argument is invalid, or matplotlib is not installed.
         """
         distances, extent, axes = self.sample_slice(*args, **kwargs)
         try:

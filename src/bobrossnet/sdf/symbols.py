@@ -1,4 +1,4 @@
-"""Formulas from Python functions: a function is called once, with symbols, and what it does to them is recorded."""
+"""Formulas from Python functions: a function is called once with symbols, which record its operations."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from bobrossnet.support.errors import InputError, InputTypeError
 
 Number: TypeAlias = "Symbol | float"
 Rule: TypeAlias = Callable[..., Any]
-"""What a numpy function does to single symbols and numbers, at least one of them a symbol."""
+"""The implementation of a numpy function for scalar symbols and numbers, at least one of them a symbol."""
 
 Paint: TypeAlias = Callable[[_core.Graph], tuple[int, int, int]]
 """Makes the nodes of a colour: red, green and blue."""
 
 Made = TypeVar("Made")
 
-MAX_EXPONENT = 1000  # of powers with whole exponents, as in the core
+MAX_EXPONENT = 1000  # maximum integer exponent, as in the core
 
 
 def expression_of(function: Callable[..., Any], arity: int, name: str = "function") -> _core.Expression:
-    """The formula that a function computes.
+    """Return the formula that a function computes.
 
     Parameters
     ----------
@@ -38,62 +38,62 @@ def expression_of(function: Callable[..., Any], arity: int, name: str = "functio
     arity : 1, 2 or 3
         The symbols are x, y and z in this order.
     name : str
-        Begins messages.
+        Prefix of error messages.
 
     Notes
     -----
-    Values are those of numpy but for the last bits, and with these exceptions: `np.where` is NaN where either side is;
-    powers of numbers below 0 are NaN unless the exponent is a whole number and no symbol; the sign of zero may be lost.
+    Values equal numpy's up to the last bits, with these exceptions: `np.where` is NaN where either side is NaN; powers
+    of negative numbers are NaN unless the exponent is a constant integer; the sign of zero may be lost.
 
     Raises
     ------
     InputError
-        If the function raises something, asks for the truth of a condition on symbols, returns something else than a
-        symbol or a number, or takes too many steps.
+        If the function raises an error, uses the truth value of a condition on symbols, returns a value that is neither
+        a symbol nor a number, or takes too many steps.
     """
     return _traced(function, lambda xyz: xyz[:arity], name, _expression)
 
 
 def color_formula_of(function: Callable[..., Any], name: str = "color") -> _core.ColorFormula:
-    """The formula of a colour that a function of x, y and z computes, as `expression_of` finds it.
+    """Return the colour formula that a function of x, y and z computes; see `expression_of`.
 
     Parameters
     ----------
     function : callable
         Takes three symbols and returns three symbols or numbers: red, green and blue, linear.
     name : str
-        Begins messages.
+        Prefix of error messages.
 
     Raises
     ------
     InputError
-        As `expression_of`.
+        As in `expression_of`.
     """
     return _traced(function, list, name, _color_formula)
 
 
 def color_formula_of_points(function: Callable[..., Any], dimensions: int, name: str = "color") -> _core.ColorFormula:
-    """The same of a function of points (N, `dimensions`) that returns (N, 3), each colour of its own point only."""
+    """Return the colour formula of a function of points (N, `dimensions`) that returns (N, 3), point by point."""
     return _traced(function, lambda xyz: [_symbols([xyz[:dimensions]])], name, _color_formula)
 
 
 def formulas_of_points(
     function: Callable[..., Any], dimensions: int, name: str = "function"
 ) -> tuple[_core.Expression, _core.ColorFormula | None]:
-    """The formula that a function of points computes, and that of the colour that shapes which it evaluates give it.
+    """Return the formula of a function of points, and the colour formula that it inherits from the shapes it evaluates.
 
     Parameters
     ----------
     function : callable
-        Takes points (N, `dimensions`) and returns N numbers, (N,) or (N, 1), each depending on its own point only.
+        Takes points (N, `dimensions`) and returns N numbers, (N,) or (N, 1), each a function of its point alone.
     dimensions : 2 or 3
     name : str
-        Begins messages.
+        Prefix of error messages.
 
     Raises
     ------
     InputError
-        As `expression_of`.
+        As in `expression_of`.
     """
     return _traced(function, lambda xyz: [_symbols([xyz[:dimensions]])], name, _expression_and_color)
 
@@ -101,14 +101,14 @@ def formulas_of_points(
 def substitute(
     expression: _core.Expression, points: Symbols, color: _core.ColorFormula | Literal["white"] | None = None
 ) -> Symbols:
-    """The values of a formula at symbolic points.
+    """Evaluate a formula at symbolic points.
 
     Parameters
     ----------
     expression : Expression
     points : (N, 2) or (N, 3) Symbols
     color : ColorFormula or "white", optional
-        Of a shape, which its values carry along; "white" of a shape without one.
+        Colour of the shape, carried along by its values; "white" for a shape without a colour.
 
     Returns
     -------
@@ -135,14 +135,13 @@ def substitute(
 
 
 class Symbol(NDArrayOperatorsMixin):
-    """A number that is not known yet: x, y, z or what was computed from them. Supports operators and numpy's
-    functions."""
+    """A symbolic number: x, y, z or an expression of them. Supports operators and numpy's functions."""
 
     __hash__ = None  # type: ignore[assignment]  # equality is a condition
     ndim = 0
     shape = ()
     color: Paint | None = None
-    """Of a value that a shape gave, and of what is computed from it."""
+    """Colour of the shape that the value comes from, if any."""
 
     def __init__(self, graph: _core.Graph, node: int) -> None:
         self.graph = graph
@@ -155,7 +154,7 @@ class Symbol(NDArrayOperatorsMixin):
         return _call(function, args, kwargs)
 
     def __getattr__(self, name: str) -> Any:
-        # Of an array that np.array made of symbols, numpy calls the elements' methods: sqrt() for np.sqrt.
+        # On object arrays of symbols numpy calls the elements' methods: sqrt() for np.sqrt.
         ufunc = getattr(np, name, None)
         if isinstance(ufunc, np.ufunc) and ufunc in RULES:
             return functools.partial(ufunc, self)
@@ -191,7 +190,7 @@ class Symbol(NDArrayOperatorsMixin):
 
 
 class Condition(Symbol):
-    """What a comparison of symbols gives: 1 where it holds, else 0. It holds where `below` < 0, or where not."""
+    """A comparison of symbols, 1 where true and 0 elsewhere. True where `below` < 0, or where not if negated."""
 
     def __init__(self, graph: _core.Graph, below: int, negated: bool = False) -> None:
         one, zero = graph.constant(1), graph.constant(0)
@@ -200,14 +199,14 @@ class Condition(Symbol):
         self.negated = negated
 
     def truth(self) -> int:
-        """A value that is negative where the condition holds."""
+        """Return a node that is negative where the condition is true."""
         if not self.negated:
             return self.below
         return self.graph.select(self.below, self.graph.constant(1), self.graph.constant(-1))
 
 
 class Symbols(np.ndarray[Any, np.dtype[np.object_]]):
-    """An array of symbols and numbers, for functions of arrays: points (N, 3) are traced as one row, x, y and z."""
+    """An array of symbols and numbers, for functions of arrays: points (N, 3) are recorded as one row, x, y and z."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         return _apply(ufunc, method, inputs, kwargs)
@@ -231,7 +230,7 @@ def _traced(
     name: str,
     made: Callable[[_core.Graph, Any], Made],
 ) -> Made:
-    """What is made of a function's result; `arguments` makes what it is called with of x, y and z."""
+    """Call the function with `arguments` of x, y and z, and convert its result."""
     if not callable(function):
         raise InputTypeError(f"{name}: expected a function, got {type(function).__name__}")
     graph = _core.Graph()
@@ -246,7 +245,7 @@ def _traced(
 
 
 def _number(result: Any, expected: str) -> Any:
-    """A single symbol or number; `expected` is what a function returns where it is right."""
+    """Return a result as one symbol or number; `expected` describes a valid result in the error message."""
     if isinstance(result, np.ndarray) and result.size == 1:
         result = result.reshape(-1)[0]
     if isinstance(result, Condition) or not _is_number(result):
@@ -262,7 +261,7 @@ def _expression(graph: _core.Graph, result: Any) -> _core.Expression:
 def _expression_and_color(graph: _core.Graph, result: Any) -> tuple[_core.Expression, _core.ColorFormula | None]:
     number = _number(result, "a symbol or a number")
     expression = graph.expression(_node(graph, number))
-    # Only now the colour's nodes join the graph: the expression is the same with them.
+    # The colour's nodes join the graph only now, so that the expression does not depend on them.
     paint = getattr(number, "color", None)
     return expression, None if paint in (None, _white) else graph.color_formula(*paint(graph))
 
@@ -303,12 +302,12 @@ def _symbols(values: Any) -> Symbols:
 
 
 def _plain(value: Any) -> NDArray[Any]:
-    """An array whose elements numpy handles by their own operators."""
+    """Return an array of elements that numpy combines by their own operators."""
     return np.asarray(value, dtype=object)
 
 
 def _unwrapped(array: Any) -> Any:
-    """An array as Symbols, a single element as itself."""
+    """Return an array as Symbols, and a single element as itself."""
     if isinstance(array, np.ndarray) and array.dtype == object:
         return array.view(Symbols) if array.ndim else array[()]
     return array
@@ -325,7 +324,7 @@ def _checked_index(index: Any) -> Any:
 
 
 def _elementwise(rule: Rule, *operands: Any) -> Any:
-    """A rule on each element of operands that are broadcast."""
+    """Apply a rule to each element of broadcast operands."""
     if all(_is_number(operand) for operand in operands):
         return rule(*operands)
     arrays = np.broadcast_arrays(*map(_plain, operands))
@@ -338,7 +337,7 @@ def _elementwise(rule: Rule, *operands: Any) -> Any:
 def _apply(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: dict[str, Any]) -> Any:
     if method == "reduce":
         return _reduce(ufunc, *inputs, **kwargs)
-    if method != "__call__" or ufunc.signature is not None:  # such as np.matmul: the elements' operators do it
+    if method != "__call__" or ufunc.signature is not None:  # such as np.matmul, done by the elements' operators
         if "out" in kwargs:
             kwargs["out"] = tuple(map(_plain, kwargs["out"]))
         return _unwrapped(getattr(ufunc, method)(*map(_plain, inputs), **kwargs))
@@ -379,9 +378,9 @@ def _reduce(
 
 
 def _call(function: Any, args: Any, kwargs: Any) -> Any:
-    """A numpy function that is not a ufunc: by a rule of this module, or as numpy does it for arrays of objects.
+    """Call a numpy function that is not a ufunc: by a rule of this module, or by numpy on object arrays.
 
-    The latter is right or raises, since all it can use are the elements' operators, which have no truth value.
+    The latter is either correct or raises, since it can use only the elements' operators, which have no truth value.
     """
     if function in FUNCTIONS:
         return FUNCTIONS[function](*args, **kwargs)
@@ -390,7 +389,7 @@ def _call(function: Any, args: Any, kwargs: Any) -> Any:
 
 
 def _lifted(value: Any) -> Any:
-    """The same with each symbol as an array."""
+    """Return the value with each symbol as an array."""
     if isinstance(value, Symbol):
         return _symbols(value)
     if isinstance(value, list | tuple):
@@ -402,12 +401,12 @@ def _lifted(value: Any) -> Any:
 
 # ---- Colours ---------------------------------------------------------------------------------------------
 #
-# Values of shapes carry colours along, as in core/modelling/colored.h. A colour's nodes are only made once the formula
-# is known, which so is the same as without.
+# Values of shapes carry colours along, as in core/modelling/colored.h. A colour's nodes are made only after the
+# formula, which is therefore the same with and without colours.
 
 
 def _white(graph: _core.Graph) -> tuple[int, int, int]:
-    """Of a shape without a colour."""
+    """Paint of a shape without a colour."""
     one = graph.constant(1)
     return one, one, one
 
@@ -417,8 +416,11 @@ def _of_formula(color: _core.ColorFormula, x: int, y: int, z: int) -> Paint:
 
 
 def _painted(ufunc: np.ufunc, result: Any, operands: Sequence[Any]) -> Any:
-    """The result of a rule with the colour that its operands give it: the only one that there is, or that of the lower
-    or higher value. Other mixtures of two shapes have none."""
+    """Return a rule's result with the colour of its operands.
+
+    That is the only colour there is, or the colour of the lower or higher value. Other mixtures of two shapes have no
+    colour.
+    """
     shapes = [(operand, operand.color) for operand in operands if isinstance(operand, Symbol) and operand.color]
     if not shapes or not isinstance(result, Symbol) or isinstance(result, Condition):
         return result
@@ -427,7 +429,7 @@ def _painted(ufunc: np.ufunc, result: Any, operands: Sequence[Any]) -> Any:
         result.color = paint_a
     elif ufunc in LOWER:
         result.color = _choosing(b, a, paint_b, paint_a)
-    elif ufunc in HIGHER and _white in (paint_a, paint_b):  # a shape that only cuts
+    elif ufunc in HIGHER and _white in (paint_a, paint_b):  # a white shape only cuts
         result.color = paint_b if paint_a is _white else paint_a
     elif ufunc in HIGHER:
         result.color = _choosing(a, b, paint_b, paint_a)
@@ -435,7 +437,7 @@ def _painted(ufunc: np.ufunc, result: Any, operands: Sequence[Any]) -> Any:
 
 
 def _choosing(lower: Symbol, higher: Symbol | int, yes: Paint, no: Paint) -> Paint:
-    """One paint where the first value is below the second, else the other."""
+    """Return one paint where the first value is below the second, otherwise the other."""
 
     def paint(graph: _core.Graph) -> tuple[int, int, int]:
         below = _difference(lower, higher).node
@@ -623,22 +625,22 @@ def _fmod(a: Number, b: Number) -> Any:
     return np.copysign(np.remainder(np.abs(a), np.abs(b)), a)
 
 
-# Exponentials and logarithms, less what they are at 0, lose digits there; series do not.
+# Near 0, exponentials and logarithms minus their value at 0 lose digits by cancellation; series do not.
 
 
 def _meeting(below: Any, a: Any, b: Any) -> Symbol:
-    """a where `below` < 0, else b; the two meet there."""
+    """Return a where `below` < 0, otherwise b; the two are equal at the boundary."""
     graph = below.graph
     return Symbol(graph, graph.piecewise(below.node, a.node, b.node))
 
 
 def _near_zero(a: Symbol, within: float, near: Callable[[Any], Any], far: Any) -> Any:
-    """near(a) where a is in ±within, else the value `far`. Clipped, `near` has close bounds in large boxes too."""
+    """Return near(a) for a in ±within, otherwise `far`. `near` gets a clipped argument, for tight bounds."""
     return _meeting(np.abs(a) - within, near(np.clip(a, -within, within)), far)
 
 
 def _sinh_series(a: Any) -> Any:
-    """Taylor's, in ±1 to 1e-14."""
+    """Evaluate the Taylor series, accurate in ±1 to 1e-14."""
     sum_ = 1
     for n in range(16, 0, -2):
         sum_ = 1 + sum_ * (a * a) / (n * (n + 1))
@@ -646,7 +648,7 @@ def _sinh_series(a: Any) -> Any:
 
 
 def _arctanh_series(a: Any) -> Any:
-    """Taylor's, in ±0.25 to 1e-14."""
+    """Evaluate the Taylor series, accurate in ±0.25 to 1e-14."""
     sum_ = 1 / 21
     for n in range(19, 0, -2):
         sum_ = 1 / n + sum_ * (a * a)

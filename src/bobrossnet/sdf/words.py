@@ -1,4 +1,4 @@
-"""The modelling language's words as Python's functions and methods, made from the core's table."""
+"""Python functions and methods of the modelling language, made from the core's table of words."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from bobrossnet.shapes.implicit import color_formula
 from bobrossnet.support.errors import InputError, InputTypeError, check_array
 
 Own = TypeVar("Own", bound="SDF")
-"""The class of a shape, flat or solid."""
+"""The class of a shape, in two or three dimensions."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One of a word's parameters; `variadic` takes all further positional arguments."""
+    """A parameter of a word; `variadic` takes all further positional arguments."""
 
     name: str
     type: str
@@ -37,7 +37,7 @@ class Parameter:
     variadic: bool
 
     def describe(self) -> str:
-        """As it stands in a signature: the name, and the default if there is one."""
+        """Return the parameter as in a signature: its name, and its default if there is one."""
         if self.variadic:
             return f"*{self.name}"
         return self.name if self.required else f"{self.name}={self._default_text()}"
@@ -52,7 +52,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Word:
-    """A word of the language: `dimensions` of the shapes it takes, or makes if its kind is "shape"; 0 for easings."""
+    """A word of the language.
+
+    `dimensions` is the dimension of the shapes that it takes, or makes if its kind is "shape"; 0 for easings.
+    """
 
     index: int
     name: str
@@ -63,7 +66,7 @@ class Word:
     meaning: str
 
     def describe(self) -> str:
-        """The word as it is called, such as ``sphere(radius=1, center=(0, 0, 0))``."""
+        """Return the call of the word, such as ``sphere(radius=1, center=(0, 0, 0))``."""
         return f"{self.name}({', '.join(parameter.describe() for parameter in self.parameters)})"
 
 
@@ -71,7 +74,7 @@ def _word(index: int, row: tuple[Any, ...]) -> Word:
     name, kind, dimensions, result_dimensions, parameters, meaning = row
     described = [Parameter(*parameter) for parameter in parameters]
     if kind == "easing":
-        described[0] = replace(described[0], required=True)  # without t the core gives the easing itself
+        described[0] = replace(described[0], required=True)  # without t the core returns the easing itself
     return Word(index, name, kind, dimensions, result_dimensions, tuple(described), meaning)
 
 
@@ -88,20 +91,20 @@ TYPES = {
     "color": "colour",
     "sdf": "shape",
 }
-"""What each type of parameter is called in documentation."""
+"""Name of each parameter type in documentation."""
 
 
 class SDF:
-    """What shapes of two and of three dimensions have in common: a formula, and operators.
+    """Base class of shapes in two and three dimensions: a formula with operators.
 
     Parameters
     ----------
     function : Expression, or callable
-        A formula in x, y (and z), negative inside; or a function of points (n, 2 or 3) that returns one number for
-        each, which is called once with symbols.
+        A formula in x, y (and z), negative inside; or a function of points (n, 2 or 3), called once with symbols, that
+        returns one number for each.
 
     color : str, 3 numbers in 0..1, ColorFormula or callable, optional
-        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
+        Colour of the shape: sRGB as "#rrggbb", linear RGB, a formula, or a function of points that returns (n, 3).
 
     Attributes
     ----------
@@ -115,12 +118,12 @@ class SDF:
     _k: float | None
 
     def __call__(self, points: Any) -> Any:
-        """The distances of points.
+        """Evaluate the signed distances of points.
 
         Parameters
         ----------
         points : (n, 2) or (n, 3) numbers
-            As many coordinates as the shape has dimensions.
+            One coordinate for each dimension of the shape.
 
         Returns
         -------
@@ -134,7 +137,7 @@ class SDF:
         return self.expression(in_space)[:, None]
 
     def k(self: Own, k: float | None = None) -> Own:
-        """The shape with a radius for the rounded edge that the next operator leaves where it joins it to another.
+        """Return the shape with a radius for the rounded edge of the next operator that combines it with another shape.
 
         Parameters
         ----------
@@ -142,15 +145,15 @@ class SDF:
 
         Returns
         -------
-        A new shape; this one stays as it is.
+        A new shape; this one is unchanged.
         """
         rounded = object.__new__(type(self))
-        vars(rounded).update(vars(self))  # what was computed of it holds for both
+        vars(rounded).update(vars(self))  # cached results are valid for both
         rounded._k = _checked(_core.call_method, self.to_core(), "k", (k,), {}).k
         return rounded
 
     def to_core(self) -> _core.Sdf:
-        """The shape as the core takes it."""
+        """Return the core's shape."""
         return _core.Sdf(self.dimensions, self.expression, self._k, self.color_formula)
 
     def __or__(self: Own, other: Own) -> Own:
@@ -173,7 +176,7 @@ class SDF:
 
 
 class Flat(SDF):
-    """A shape in two dimensions. The language's are `SDF2`."""
+    """A shape in two dimensions. `SDF2` adds the language's operations."""
 
     dimensions = 2
 
@@ -187,7 +190,7 @@ SHAPES: dict[int, type[Any]] = {}
 
 
 def formulas(function: Any, color: Any, dimensions: int) -> tuple[_core.Expression, _core.ColorFormula | None]:
-    """The formulas of what SDF2 and SDF3 are made from."""
+    """Return the formulas for the arguments of SDF2 and SDF3."""
     if isinstance(function, _core.Expression):
         expression, own = function, None
     elif isinstance(function, SDF):
@@ -200,17 +203,17 @@ def formulas(function: Any, color: Any, dimensions: int) -> tuple[_core.Expressi
 
 
 def shape_words(dimensions: int) -> dict[str, Callable[..., Any]]:
-    """The functions that make shapes of so many dimensions, or take them, by name."""
+    """Return the functions that make or take shapes of the given dimensions, by name."""
     return {word.name: _function(word) for word in WORDS if word.kind != "easing" and word.dimensions == dimensions}
 
 
 def easing_words() -> dict[str, Callable[..., Any]]:
-    """The easing functions by name."""
+    """Return the easing functions by name."""
     return {word.name: _easing(word) for word in WORDS if word.kind == "easing"}
 
 
 def add_methods(shape: type[Any]) -> None:
-    """Give SDF2 or SDF3 the operations on them as methods."""
+    """Add the operations on SDF2 or SDF3 to the class as methods."""
     SHAPES[shape.dimensions] = shape
     for word in WORDS:
         if word.kind == "operation" and word.dimensions == shape.dimensions:
@@ -262,7 +265,7 @@ def _numbers(word: Word, t: Any) -> NDArray[np.float64]:
 
 
 def _dressed(function: Callable[..., Any], word: Word, module: str) -> Callable[..., Any]:
-    """The function with what `help` and editors show."""
+    """Return the function with its name, docstring and signature, for `help` and editors."""
     function.__name__ = function.__qualname__ = word.name
     function.__module__ = module
     function.__signature__ = _signature(word)  # type: ignore[attr-defined]
@@ -307,12 +310,12 @@ def _python_default(parameter: Parameter) -> Any:
 
 
 def _whole(value: Any) -> Any:
-    """1 rather than 1.0, for people to read."""
+    """Return 1 for 1.0, which reads better."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 class _Default:
-    """ease.linear in signatures, under its own name."""
+    """ease.linear as a default in signatures, printed by its name."""
 
     def __repr__(self) -> str:
         return "ease.linear"
@@ -322,7 +325,7 @@ _linear = _Default()
 
 
 def _to_core(word: Word, place: int | str, value: Any) -> Any:
-    """The core's own kinds of values; numbers and vectors are converted there."""
+    """Convert a value to the core's types; the core converts numbers and vectors itself."""
     if isinstance(value, SDF):
         return value.to_core()
     if callable(value) and not isinstance(value, type | _core.ColorFormula):
@@ -343,7 +346,7 @@ def _from_core(value: Any) -> Any:
 
 
 def _checked(function: Callable[..., Any], *args: Any) -> Any:
-    """A call into the core, whose errors become the package's."""
+    """Call the core, with its errors raised as the package's errors."""
     try:
         return function(*args)
     except _core.CallTypeError as error:

@@ -1,1 +1,1 @@
-"""Shapes: what can be traced."""
+"""Shapes: meshes, implicit surfaces, NURBS surfaces and tubes."""

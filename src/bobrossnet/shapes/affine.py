@@ -20,38 +20,40 @@ Points: TypeAlias = NDArray[np.float64]
 IDENTITY: Matrix = np.eye(4)
 
 UPRIGHT: Matrix = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-"""Turns y up to z up: (x, y, z) becomes (x, -z, y)."""
+"""Rotates y up to z up: (x, y, z) becomes (x, -z, y)."""
 
 MAX_COORDINATE = 1e100
-"""Beyond this, squares and products of coordinates leave float64."""
+"""Maximum size of a coordinate: beyond, squares and products leave float64."""
 
 FLATTEST = 1e-10
-"""Maps that shrink one direction by more than this against another are refused as singular: rays, in float32, could not
-resolve what they hit."""
+"""Minimum ratio of a map's scales along two directions.
+
+Smaller ratios are refused as singular: rays in float32 can't resolve such shapes.
+"""
 
 
 def translation(offset: Any) -> Matrix:
-    """The map that moves by `offset`, 3 numbers."""
+    """Return the translation by `offset`, 3 numbers."""
     matrix = np.eye(4)
     matrix[:3, 3] = check_finite("offset", check_array("offset", offset, (3,)))
     return matrix
 
 
 def scaling(factor: Any) -> Matrix:
-    """The map that scales about the origin by a number, or by 3 numbers along the axes, not 0."""
+    """Return the scaling about the origin by one number, or by 3 numbers along the axes, not 0."""
     factors = np.asarray(factor) if shape_of(factor) else [check_number("factor", factor)] * 3
     return check_map("factor", np.diag([*check_array("factor", factors, (3,)).astype(np.float64), 1.0]))
 
 
 def rotation(angle: Any, vector: Any) -> Matrix:
-    """The map that turns about an axis through the origin, by Rodrigues' formula.
+    """Return the rotation about an axis through the origin, by Rodrigues' formula.
 
     Parameters
     ----------
     angle : float
-        In radians, anticlockwise where the axis points at the eye.
+        In radians, anticlockwise seen against the axis.
     vector : (3,) numbers
-        The axis, of any length but zero.
+        The axis, of any nonzero length.
     """
     angle = check_number("angle", angle)
     axis = check_finite("vector", check_array("vector", vector, (3,))).astype(np.float64)
@@ -66,14 +68,14 @@ def rotation(angle: Any, vector: Any) -> Matrix:
 
 
 def check_size(name: str, array: NDArray[Any]) -> None:
-    """Refuse numbers above `MAX_COORDINATE` in size."""
+    """Raise InputError for numbers larger than `MAX_COORDINATE`."""
     largest = float(np.abs(array.astype(np.float64)).max(initial=0))
     if largest > MAX_COORDINATE:
         raise InputError(f"{name}: expected numbers of at most {MAX_COORDINATE:g} in size, got {largest:.6g}")
 
 
 def check_map(name: str, value: Any) -> Matrix:
-    """Return `value` as a (4, 4) float64 matrix of its own if it is an invertible affine map."""
+    """Return `value` as a new (4, 4) float64 matrix if it is an invertible affine map; otherwise raise InputError."""
     matrix: Matrix = np.array(check_finite(name, check_array(name, value, (4, 4))), np.float64, order="C")
     last = tuple(matrix[3].tolist())
     if last != (0, 0, 0, 1):
@@ -85,15 +87,15 @@ def check_map(name: str, value: Any) -> Matrix:
 
 
 def mapped(matrix: Matrix, points: NDArray[np.floating[Any]]) -> Points:
-    """Where a matrix takes points, (n, 3)."""
-    # Not by @: the threads of a BLAS go on spinning for a while, on the cores that the tracer wants.
+    """Map points, (n, 3), by a matrix."""
+    # Not by @: a BLAS's threads keep spinning for a while on the cores that the tracer needs.
     x, y, z = points.T
     moved: Points = np.stack([a * x + b * y + c * z + d for a, b, c, d in matrix[:3]])
     return moved.T
 
 
 def to_unit_sphere(center: Point, radius: float) -> Matrix:
-    """The map that takes a sphere to the unit sphere."""
+    """Return the map from a sphere to the unit sphere."""
     matrix = np.diag([1 / radius, 1 / radius, 1 / radius, 1.0])
     matrix[:3, 3] = -center / radius
     return matrix

@@ -1,4 +1,4 @@
-"""Implicit surfaces: shapes that are inside where a formula is negative."""
+"""Implicit surfaces: solids where a formula is negative."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bobrossnet.support.errors import InputError, InputTypeError, check_array, c
 from bobrossnet.support.threads import lazy
 
 MESHES = {"mesh_sizes": "uint32", "mesh_vertices": "float32", "mesh_triangles": "uint32"}
-"""Arrays of formulas that have the distances of meshes, and their dtypes."""
+"""Array names and dtypes of formulas with the distance of a mesh."""
 
 
 class Implicit(Shape):
@@ -28,17 +28,16 @@ class Implicit(Shape):
     expression : Expression
         f, in any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
-        The box to look in. Without it the bounds are found, and an unbounded shape is refused.
+        The box that contains the surface. If omitted, bounds are derived, and an unbounded shape is refused.
     color : ColorFormula, str or 3 numbers in 0..1, optional
-        Of the surface: sRGB as "#rrggbb", linear RGB, or a formula of it; what that gives is clamped to 0..1, and NaN
-        is 0. It is evaluated where rays hit, and changes neither where that is nor the normals. The material's colour
-        is multiplied by it.
+        Colour of the surface: sRGB as "#rrggbb", linear RGB, or a formula, clamped to 0..1 with NaN as 0. A formula
+        is evaluated at hits and affects neither these nor the normals. The material's colour multiplies it.
 
     Raises
     ------
     InputError
-        If the bounds are not a box, or the colour is none. When it is first placed or traced: if it is unbounded and no
-        bounds were given, or if there is no surface.
+        If the bounds are not a box, or the colour is invalid. At first placement or trace: if the shape is unbounded
+        and has no bounds, or has no surface.
     """
 
     kind = "implicit"
@@ -59,7 +58,7 @@ class Implicit(Shape):
 
     @classmethod
     def within(cls, expression: _core.Expression, bounds: NDArray[np.float64]) -> Implicit:
-        """The surface of a formula whose own bounds are known already, and so are not found again."""
+        """Make the surface of a formula within known bounds, without deriving them."""
         shape = cls(expression)
         shape._box = bounds
         return shape
@@ -75,7 +74,7 @@ class Implicit(Shape):
 
     @lazy
     def _box(self) -> NDArray[np.float64]:
-        """The bounds that were given, or those of the formula."""
+        """Return the given bounds, or the formula's bounds."""
         if self.bounds is not None:
             return self.bounds
         try:
@@ -90,7 +89,7 @@ class Implicit(Shape):
 
     @property
     def cells(self) -> int:
-        """How many cells of space the surface passes through, each with its own simplified formula."""
+        """Number of cells of space that contain the surface, each with a simplified formula."""
         return self.core.cells
 
     @property
@@ -99,9 +98,11 @@ class Implicit(Shape):
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be distinguished from the surface: where it only just
-        touches the ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. Nothing
-        else is ever stepped over."""
+        """Number of rays so far that passed places indistinguishable from the surface.
+
+        There the surface is tangent to the ray within a millionth of the shape's size, or the formula is too irregular
+        to be bounded. Rays never step over any other root.
+        """
         return self.core.unresolved_rays
 
     def counts(self) -> dict[str, int]:
@@ -115,27 +116,29 @@ class Implicit(Shape):
         }
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """The surface as triangles, by dual contouring: vertices are where the planes of the surface meet in cells of
-        side `step`, so that sharp edges and corners stay sharp. Roots and planes are the exact ones.
+        """Mesh the surface by dual contouring.
+
+        Each vertex is the intersection of the surface's planes in a cell of side `step`, so sharp edges and corners
+        stay sharp. Roots and planes are exact.
 
         Parameters
         ----------
         step : number above 0, optional
-            In the shape's units; by default 1/128 of its longest side. What is thinner may be lost in part. Time and
-            memory grow with its square.
+            In the shape's units; by default 1/128 of its longest side. Thinner details may be partly lost. Time and
+            memory grow with the inverse square of the step.
 
         Returns
         -------
         Mesh
-            Closed, with every edge in exactly two triangles, anticlockwise seen from outside. No point of it is farther
-            from the surface than about the step, of a smooth surface than a small part of it. Its vertices have the
-            colours that a coloured shape has there.
+            Closed, with every edge in exactly two triangles, anticlockwise seen from outside. The deviation from the
+            surface is at most about the step, and a small fraction of it where the surface is smooth. Its vertices have
+            the shape's colours.
 
         Raises
         ------
         InputError
-            If the step is below 1/4000 of the longest side, or so large that nothing is left, or there would be more
-            than 33 million triangles.
+            If the step is below 1/4000 of the longest side, or so large that no triangle is left, or if there would be
+            more than 33 million triangles.
 
         Examples
         --------
@@ -206,7 +209,7 @@ def _formula(
 
 
 def color_formula(color: Color | _core.ColorFormula | None) -> _core.ColorFormula | None:
-    """The formula of what shapes are given as their colour."""
+    """Convert a shape's colour argument to a formula."""
     if color is None or isinstance(color, _core.ColorFormula):
         return color
     if callable(color):

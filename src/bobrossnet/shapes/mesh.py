@@ -20,13 +20,13 @@ from bobrossnet.support.errors import InputError, InputTypeError, brief, check_a
 from bobrossnet.support.threads import lazy
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
-"""The endings of files that meshes are written to."""
+"""File endings for saving meshes."""
 
 WRAPS = ("repeat", "clamp", "mirror")
-"""What may lie beyond a texture's edges."""
+"""Wrap modes of a texture."""
 
 MAX_TRIANGLES = 2**25
-"""Of the meshes of other shapes: a GB."""
+"""Maximum number of triangles of tessellated shapes: 1 GB."""
 
 
 class Mesh(Shape):
@@ -37,22 +37,22 @@ class Mesh(Shape):
     vertices : (V, 3) numbers, finite
         Positions, in any unit; right-handed, z up.
     triangles : (T, 3) integers in 0..V-1
-        Corners of each triangle, anticlockwise seen from outside (both sides are visible all the same).
+        Corners of each triangle, anticlockwise seen from outside (both sides are visible anyway).
     normals : (V, 3) numbers, optional
-        Vertex normals of any length. Without them, or where one is zero or not finite, the tracer smooths over edges
-        whose faces meet at less than the crease angle (CONVENTIONS.md) and leaves sharper edges sharp.
+        Vertex normals of any length. If omitted, or where one is zero or not finite, the tracer smooths over edges with
+        a dihedral angle below the crease angle (CONVENTIONS.md) and keeps sharper edges sharp.
     colors, face_colors : (V, 3) and (T, 3) numbers in 0..1, or uint8, optional
-        Of vertices, blended between them, and of triangles: linear RGB, or sRGB as uint8. They and the texture are
-        multiplied, as is the material's colour. Those of vertices may have an alpha, (V, 4).
+        Colours of vertices, interpolated, and of triangles: linear RGB, or sRGB as uint8. They, the texture and the
+        material's colour are multiplied. Vertex colours may have an alpha, (V, 4).
     uv : (V, 2) numbers, finite, optional
-        Where on the texture each vertex is: 0, 0 at its top left, 1, 1 at its bottom right.
+        Texture coordinates of each vertex: 0, 0 at the texture's top left, 1, 1 at its bottom right.
     texture : (H, W, 3) or (H, W, 4) uint8, optional
-        sRGB, perhaps with an alpha; row 0 at the top; comes with `uv`. Seen from afar, smaller pictures made of it are
-        taken. Meshes that are given the same array share one copy of it.
+        sRGB, with or without alpha; row 0 at the top; needs `uv`. Sampled by mipmaps. Meshes given the same array share
+        one copy of it.
     wrap : "repeat", "clamp" or "mirror", or two of these
-        What lies beyond the texture's edges, across and down.
+        Continuation of the texture beyond its edges, horizontally and vertically.
     alpha_cutoff : number in 0..1
-        With an alpha: where that of the texture, times that of the vertices, is below it, there is no surface.
+        With an alpha: where the texture's alpha times the vertices' is below it, the surface has a hole.
 
     Raises
     ------
@@ -74,14 +74,14 @@ class Mesh(Shape):
     triangles: NDArray[np.int32]
     normals: NDArray[np.float32] | None
     colors: NDArray[np.float32] | None = None
-    """Linear RGB."""
+    """(V, 3), linear RGB."""
     face_colors: NDArray[np.float32] | None = None
-    """Linear RGB."""
+    """(T, 3), linear RGB."""
     alphas: NDArray[np.float32] | None = None
-    """Of vertices, (V,)."""
+    """Alpha of vertices, (V,)."""
     uv: NDArray[np.float32] | None = None
     picture: Picture | None = None
-    """Of the texture. Other meshes may share it."""
+    """Texels of the texture, possibly shared by other meshes."""
     wrap: tuple[str, str] = ("repeat", "repeat")
     alpha_cutoff: float = 0.5
 
@@ -137,7 +137,7 @@ class Mesh(Shape):
         colors: NDArray[np.float32] | None = None,
         face_colors: NDArray[np.float32] | None = None,
     ) -> Mesh:
-        """A mesh that takes over arrays that are right, unchecked and without a copy."""
+        """Make a mesh of valid arrays, without checks or a copy."""
         mesh = object.__new__(cls)
         vertices.flags.writeable = triangles.flags.writeable = False
         mesh.vertices, mesh.triangles, mesh.normals = vertices, triangles, None
@@ -175,7 +175,7 @@ class Mesh(Shape):
 
     @property
     def has_alpha(self) -> bool:
-        """Whether it may have holes, where its alpha is below the cutoff."""
+        """Whether the mesh may have holes, where its alpha is below the cutoff."""
         return not (self.alphas is None and self.texture_alpha is None)
 
     def counts(self) -> dict[str, int]:
@@ -209,7 +209,7 @@ class Mesh(Shape):
         return tensors
 
     def tensors_apart(self) -> dict[str, NDArray[Any]]:
-        """Those of the mesh apart from its picture."""
+        """The tensors without the picture's texels."""
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
         for name in ("normals", "colors", "face_colors", "alphas", "uv"):
             tensor = getattr(self, name)
@@ -224,7 +224,7 @@ class Mesh(Shape):
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]], picture: Picture | None = None) -> Mesh:
-        """The mesh that `tensors` came from, or `tensors_apart` and the picture."""
+        """Rebuild the mesh from `tensors`, or from `tensors_apart` and the picture."""
         optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
         of_picture = {} if picture else {"texture": "uint8", "texture_alpha": "uint8"}
         others = {"texture_layout": "int32", "alphas": "float32", "alpha_cutoff": "float64"}
@@ -258,27 +258,27 @@ class Mesh(Shape):
         return cls(held.pop("vertices"), held.pop("triangles"), **held)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self).from_tensors, (self.tensors_apart(), self.picture)  # what copies of several meshes share
+        return type(self).from_tensors, (self.tensors_apart(), self.picture)  # copies share the picture
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """Itself, whatever the step."""
+        """Return the mesh itself; `step` is ignored."""
         return self
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mesh to a file, with its normals and its colours if it has any and the format does.
+        """Write the mesh to a file, with its normals, and its colours if the format has colours.
 
         Parameters
         ----------
         path : str or path
-            Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is turned
-            to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are those of
-            vertices, 8 bits, linear in GLB, sRGB in PLY and OBJ; STL has none. Where triangles of several colours meet,
-            vertices are written once for each. Textures are left out, and alphas with them.
+            Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is rotated
+            to it; readers rotate it back. STL stores float32; the other formats store float32 normals. Colours are
+            stored per vertex in 8 bits, linear in GLB, sRGB in PLY and OBJ; STL has no colours. Where triangles of
+            different colours meet, vertices are duplicated. Textures and alpha are omitted.
 
         Raises
         ------
         InputError
-            If the ending is another, or the file can't be written.
+            If the ending is unknown, or the file can't be written.
 
         Examples
         --------
@@ -299,11 +299,11 @@ class Mesh(Shape):
             vertices, mesh.triangles, vertex_normals=normals, vertex_colors=colors, process=False, validate=False
         )
         content = written.export(file_type=ending)
-        assert not isinstance(content, dict)  # as glTF would be, in several files
+        assert not isinstance(content, dict)  # only glTF would be, in several files
         write_whole(path, content.encode() if isinstance(content, str) else content)
 
     def _with_colors_at_vertices(self) -> Mesh:
-        """The same without colours of triangles: a vertex stands once for each colour of the triangles around it."""
+        """Replace triangle colours by vertex colours: a vertex is repeated for each colour of its triangles."""
         if self.face_colors is None:
             return self
         palette, color = np.unique(self.face_colors, axis=0, return_inverse=True)
@@ -315,7 +315,7 @@ class Mesh(Shape):
         return Mesh(self.vertices[vertex], triangles.reshape(-1, 3), normals, colors=colors)
 
     def turned_upright(self) -> Mesh:
-        """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
+        """Return the mesh rotated from y up to z up: (x, y, z) becomes (x, -z, y)."""
         turned = self.tensors_apart()
         turned["vertices"] = mapped(UPRIGHT, self.vertices)
         if self.normals is not None:
@@ -329,7 +329,7 @@ class Mesh(Shape):
 def _linear(
     name: str, colors: Any, count: int, hint: str, channels: int = 3
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """Linear RGB of what users give, one for each of `count`, and its alpha if it has four channels."""
+    """Convert a user's `count` colours to linear RGB, and the alpha if there are four channels."""
     array = check_finite(name, check_array(name, colors, (count, channels), hint=hint))
     if array.dtype == np.uint8:
         array = array / 255
@@ -340,7 +340,7 @@ def _linear(
 
 
 def _wraps(wrap: Any) -> tuple[str, str]:
-    """How a texture goes on across and down."""
+    """Return the horizontal and vertical wrap modes."""
     both = (wrap, wrap) if isinstance(wrap, str) else wrap
     if not isinstance(both, Sequence) or len(both) != 2 or not all(one in WRAPS for one in both):
         raise InputError(f"wrap: expected {', '.join(WRAPS)}, or two of these, got {brief(wrap)}")
@@ -349,5 +349,5 @@ def _wraps(wrap: Any) -> tuple[str, str]:
 
 
 def check_mesh_path(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a mesh that can be written; raise InputError if its ending or its folder is none."""
+    """Return the path of a mesh to write; raise InputError for an unknown ending or a missing folder."""
     return check_writable(path, "a mesh", FORMATS)

@@ -1,4 +1,4 @@
-"""NURBS surfaces, trimmed and joined to boundary representations."""
+"""NURBS surfaces, trimmed, and boundary representations of several."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from bobrossnet.support.threads import lazy
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
 class TrimCurve:
-    """A NURBS curve in the parameters (u, v) of a face, part of a loop that trims it.
+    """A NURBS curve in a face's parameters (u, v), part of a trim loop.
 
     Parameters
     ----------
     control_points : (n, 2) numbers, finite
-    knots : (n + p + 1,) numbers that never decrease
-        The degree p, 1..9, follows; the domain is knots[p] to knots[n].
+    knots : (n + p + 1,) numbers, non-decreasing
+        The degree p, 1..9, follows from the lengths; the domain is knots[p] to knots[n].
     weights : (n,) numbers above 0, optional
 
     Raises
@@ -66,7 +66,7 @@ class TrimCurve:
         object.__setattr__(self, "weights", check_weights("weights", weights, (len(points),)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return TrimCurve, (self.control_points, self.knots, self.weights)  # whose arrays are read-only, too
+        return TrimCurve, (self.control_points, self.knots, self.weights)  # keeps the arrays read-only
 
     @property
     def degree(self) -> int:
@@ -82,28 +82,28 @@ Loop = tuple[TrimCurve, ...]
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
 class Face:
-    """A NURBS surface, perhaps trimmed.
+    """A NURBS surface, with or without trims.
 
     Parameters
     ----------
     control_points : (n, m, 3) numbers, finite
-        In the unit of the shape, not multiplied by weights; n of them along u, m along v, at least 2 each.
-    knots_u, knots_v : (n + p + 1,) and (m + q + 1,) numbers that never decrease
-        Complete knot vectors, as in *The NURBS Book*; the degrees p and q, 1..9, follow. They need not be clamped: the
-        domain is knots_u[p] to knots_u[n], and likewise for v.
+        In the shape's unit, not multiplied by weights; n along u, m along v, at least 2 each.
+    knots_u, knots_v : (n + p + 1,) and (m + q + 1,) numbers, non-decreasing
+        Complete knot vectors, as in *The NURBS Book*; the degrees p and q, 1..9, follow from the lengths. Unclamped
+        vectors are allowed: the domain is knots_u[p] to knots_u[n], and likewise for v.
     weights : (n, m) numbers above 0, optional
         Within a factor of 1e10.
     trims : sequence of loops, optional
-        A point of the surface remains if an odd number of loops goes around it, in either direction; without loops, all
-        do. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of such arrays, as polylines,
-        and curves, end to end. Where an end does not meet the next beginning, a straight line joins them.
+        A point of the surface is kept if an odd number of loops encloses it, in either direction; without loops, all
+        points are. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of arrays, as
+        polylines, and curves, end to end. Straight lines close any gaps.
     color : str or 3 numbers in 0..1, optional
-        sRGB as "#rrggbb", or linear RGB, which the material's is multiplied by; without it, white.
+        sRGB as "#rrggbb", or linear RGB, multiplied by the material's colour; by default white.
 
     Attributes
     ----------
     trims : tuple of loops, each a tuple of TrimCurve
-    color : (red, green, blue), linear, or None
+    color : (red, green, blue), linear RGB, or None
 
     Raises
     ------
@@ -153,11 +153,11 @@ class Face:
         return domain_of(self.knots_u, self.degree_u), domain_of(self.knots_v, self.degree_v)
 
     def points(self, u: Any, v: Any) -> Values:
-        """Points S(u, v) of the surface, trimmed or not.
+        """Evaluate points S(u, v) of the surface, inside or outside the trims.
 
         Parameters
         ----------
-        u, v : numbers, or arrays of them of shapes that broadcast to one
+        u, v : numbers, or arrays that broadcast to one shape
             Within the domain.
 
         Returns
@@ -167,13 +167,13 @@ class Face:
         Raises
         ------
         InputError
-            If a parameter lies outside of the domain.
+            If a parameter lies outside the domain.
         """
         points: Values = self.derivatives(u, v, 0)[..., 0, 0, :]
         return points
 
     def derivatives(self, u: Any, v: Any, order: int) -> Values:
-        """Partial derivatives up to an order in 0..9, by A4.4 of *The NURBS Book*.
+        """Evaluate partial derivatives up to an order in 0..9, by A4.4 of *The NURBS Book*.
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Face:
         return result.reshape(*at_u.shape, order + 1, order + 1, 3)
 
     def normals(self, u: Any, v: Any) -> Values:
-        """Unit normals, along dS/du x dS/dv; zero where that is, as at the poles of a sphere.
+        """Evaluate unit normals, along dS/du x dS/dv; zero where this is zero, as at the poles of a sphere.
 
         Parameters
         ----------
@@ -221,21 +221,21 @@ class Face:
 
 
 class Brep(Shape):
-    """A boundary representation: faces that together are traced as one shape. They need not be closed or joined.
+    """A boundary representation: faces traced as one shape. They need not be closed or joined.
 
     Parameters
     ----------
     faces : sequence of Face, at least one
     tolerance : number, at least 0, optional
-        How far apart the edges of neighbouring faces may be, in the shape's units; CAD systems have such a number.
-        Trimmed faces are seen about this far beyond their trims where no other face of the brep is, so that no gap
-        shows. A single face ends at its trims.
+        Maximum gap between the edges of neighbouring faces, in the shape's units, as CAD systems define it. Trimmed
+        faces extend about this far beyond their trims where no other face of the brep is, to hide gaps. A single face
+        ends at its trims.
 
     Raises
     ------
     InputError
-        If there is no face, something else is among them, or the tolerance is out of range. When it is first placed or
-        traced: if no face has an area, or the trims leave nothing of it.
+        If there is no face, an item is not a Face, or the tolerance is out of range. At first placement or trace: if
+        all faces have zero area, or the trims remove everything.
     """
 
     kind = "brep"
@@ -258,7 +258,7 @@ class Brep(Shape):
 
     @property
     def face_colors(self) -> NDArray[np.float32] | None:
-        """Linear RGB of each face, (F, 3), if any has a colour."""
+        """Linear RGB of each face, (F, 3), or None if no face has a colour."""
         if not self.is_colored:
             return None
         return np.array([(1, 1, 1) if face.color is None else face.color for face in self.faces], np.float32)
@@ -283,28 +283,28 @@ class Brep(Shape):
         return surfaces
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """The faces as triangles, whose corners lie on them; those on trims lie on the trim.
+        """Tessellate the faces. Vertices lie on the surfaces; border vertices lie on the trims.
 
         Parameters
         ----------
         step : number above 0, optional
-            How long sides are on average, in the shape's units; by default 1/128 of its longest side. They are shorter
-            where the surface or a trim would leave them by more than 1/30 of the step.
+            Mean length of the triangles' sides, in the shape's units; by default 1/128 of its longest side. Sides are
+            shorter where the mesh would deviate from the surface or a trim by more than 1/30 of the step.
 
         Returns
         -------
         Mesh
-            Edges that faces share are sampled alike and welded where their ends agree, within 1/50 of the step or twice
-            the tolerance. So it is closed if the faces are, and then anticlockwise seen from outside. Its triangles
-            have the colours of their faces.
+            Shared edges have the same samples on both faces and are welded where their ends agree, within 1/50 of the
+            step or twice the tolerance. So the mesh is closed if the faces are, and then anticlockwise seen from
+            outside. Its triangles have their faces' colours.
 
         Raises
         ------
         InputError
             If the step is below 1/4000 of the longest side, or there would be more than 33 million triangles. A face
-            whose trims cross is left out with an `InputWarning`.
+            with crossing trims is omitted with an `InputWarning`.
         """
-        from bobrossnet.shapes.tessellation import tessellated  # which needs this module
+        from bobrossnet.shapes.tessellation import tessellated  # it imports this module
 
         return tessellated(self, self.check_step(step))
 
@@ -410,7 +410,7 @@ def nurbs_surface(
     trims: Any = None,
     color: Color | None = None,
 ) -> Brep:
-    """A NURBS surface as a shape: a `Brep` of one `Face`, whose parameters these are.
+    """Make a `Brep` of one `Face`, with the parameters of `Face`.
 
     >>> import bobrossnet as bob
     >>> corners = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
@@ -454,8 +454,8 @@ def _parameters(name: str, value: Any, low: float, high: float) -> Values:
 
 
 def _unit(vectors: Values) -> Values:
-    """At length 1, or zero."""
-    largest = np.abs(vectors).max(axis=-1, keepdims=True)  # squares could leave float64's range
+    """Normalise vectors to length 1; zero stays zero."""
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)  # squares could overflow float64
     scaled = vectors / np.where(largest > 0, largest, 1)
     length = np.linalg.norm(scaled, axis=-1, keepdims=True)
     unit: Values = scaled / np.where(length > 0, length, 1)
@@ -491,7 +491,7 @@ def _counts(name: str, tensors: Mapping[str, NDArray[Any]], *width: int) -> NDAr
 
 
 class _Pieces:
-    """Takes an array apart, from its beginning to its end."""
+    """A cursor that takes an array apart, from beginning to end."""
 
     def __init__(self, tensors: Mapping[str, NDArray[Any]], name: str, *width: int) -> None:
         self.name, self.at = name, 0

@@ -1,4 +1,4 @@
-"""Pictures on surfaces, which meshes share."""
+"""Texture images, shared by meshes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bobrossnet.support.threads import lazy
 
 
 class Picture:
-    """The texels of textures: decoded once, and once in memory for all meshes that have them.
+    """The texels of a texture, decoded once and stored once for all meshes.
 
     Parameters
     ----------
     texels : (H, W, 3) uint8
         sRGB, row 0 at the top. Taken over, not copied.
     alpha : (H, W) uint8, optional
-        How opaque each texel is; if omitted, all are. Taken over.
+        Opacity of each texel; if omitted, all are opaque. Taken over.
     """
 
     def __init__(self, texels: NDArray[np.uint8], alpha: NDArray[np.uint8] | None = None) -> None:
@@ -45,16 +45,16 @@ class Picture:
 
     @lazy
     def opaque(self) -> Picture:
-        """The same texels without their alpha."""
+        """Return the same texels without alpha."""
         return self if self.alpha is None else Picture(self.texels)
 
     @lazy
     def max_alpha(self) -> int:
-        """Of all texels, 0..255."""
+        """Maximum alpha of all texels, 0..255."""
         return 255 if self.alpha is None else int(self.alpha.max())
 
     def is_of(self, texels: NDArray[Any]) -> bool:
-        """Whether it has these texels, (H, W, 3) or (H, W, 4)."""
+        """Return whether its texels equal these, (H, W, 3) or (H, W, 4)."""
         if texels is self.texels:
             return self.alpha is None
         if texels.shape != (*self.texels.shape[:2], 3 + (self.alpha is not None)):
@@ -65,25 +65,25 @@ class Picture:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Picture, (self.texels, self.alpha)  # what is in the core can't be copied
+        return Picture, (self.texels, self.alpha)  # the core's objects can't be copied
 
 
 def channels_of(values: Any) -> int:
-    """How many the rows of what users give shall have: 4 where there is an alpha, else 3."""
+    """Return the channels to expect of a user's colours: 4 with an alpha, otherwise 3."""
     return 4 if shape_of(values)[-1:] == (4,) else 3
 
 
 _PICTURES: WeakValueDictionary[int, Picture] = WeakValueDictionary()
-"""Those in use, by the `id` of the array that each was made of."""
+"""Pictures in use, by the `id` of the source array."""
 
 
 def picture_of(texture: Any) -> Picture:
-    """The picture of a texture that users give: the same one each time for the same array, unless that has changed.
+    """Return the picture of a user's texture, cached by array until its values change.
 
     Raises
     ------
     InputError
-        If it is no array (H, W, 3) or (H, W, 4) of uint8.
+        If it is not an array (H, W, 3) or (H, W, 4) of uint8.
     """
     if isinstance(texture, Picture):
         return texture

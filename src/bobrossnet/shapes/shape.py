@@ -1,4 +1,4 @@
-"""What every kind of shape has in common."""
+"""The base class of all shapes."""
 
 from __future__ import annotations
 
@@ -17,69 +17,69 @@ from bobrossnet.support.threads import lazy
 Number = TypeVar("Number", bound=np.generic)
 
 DEFAULT_CELLS = 128
-"""Steps along the longest side of a shape that becomes a mesh."""
+"""Default number of mesh steps along a shape's longest side."""
 
 MAX_CELLS = 4000
-"""At most: a little fewer than the core takes, since its lattice is a little larger than the shape."""
+"""Maximum number of mesh steps: below the core's limit, since its lattice is slightly larger than the shape."""
 
 
 class Shape(ABC):
-    """A surface in its own units, which a scene places. Shapes are immutable."""
+    """A surface in local units, placed by a scene. Shapes are immutable."""
 
     kind: ClassVar[str]
-    """The word for this kind of shape in files."""
+    """Name of the kind of shape in files."""
 
     @property
     @abstractmethod
     def core(self) -> _core.Shape:
-        """The shape in the core, made when first asked for."""
+        """The core's shape, made at first use."""
 
     def bounding_box(self, matrix: Matrix) -> tuple[Point, Point]:
-        """Lowest and highest coordinates, (3,) each, of the shape placed by a matrix."""
+        """Return the minimum and maximum coordinates, (3,) each, of the shape placed by a matrix."""
         low, high = self.core.bounds(matrix)
         return low, high
 
     def radius(self, matrix: Matrix, center: Point) -> float:
-        """The distance from `center` to the farthest point of the shape placed by a matrix."""
+        """Return the distance from `center` to the farthest point of the shape placed by a matrix."""
         return self.core.radius(matrix, center)
 
     @abstractmethod
     def counts(self) -> dict[str, int]:
-        """How many parts it consists of, by the noun for one of them."""
+        """Return the number of primitives by their noun, such as triangles."""
 
     @abstractmethod
     def describe(self) -> dict[str, str]:
-        """What `bobrossnet info` shows of it: names and values."""
+        """Return the names and values that `bobrossnet info` shows."""
 
     @abstractmethod
     def tensors(self) -> dict[str, NDArray[Any]]:
-        """The arrays that describe the shape, as files hold them."""
+        """Return the arrays of the shape, as stored in files."""
 
     @classmethod
     @abstractmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Shape:
-        """The shape that `tensors` came from.
+        """Rebuild the shape from its `tensors`.
 
         Raises
         ------
         InputError
-            If an array is missing, of another dtype or shape, or holds what no such shape has.
+            If an array is missing, has another dtype or shape, or holds invalid values.
         """
 
     @abstractmethod
     def mesh(self, step: float | None = None) -> Shape:
-        """The surface as triangles.
+        """Return the surface as a triangle mesh.
 
         Parameters
         ----------
         step : number above 0, optional
-            How long their sides are, in the shape's units; by default 1/128 of its longest side. Time and memory grow
-            with its square.
+            Length of the triangles' sides, in the shape's units; by default 1/128 of its longest side. Time and memory
+            grow with its inverse square.
 
         Returns
         -------
         Mesh
-            Anticlockwise seen from outside where there is one.
+            Anticlockwise seen from outside, if the shape has an outside.
 
         Raises
         ------
@@ -97,31 +97,31 @@ class Shape(ABC):
 
     @property
     def is_colored(self) -> bool:
-        """Whether it has colours of its own, which its material's is multiplied by."""
+        """Whether the shape has colours, which the material's colour multiplies."""
         return False
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be distinguished from the surface."""
+        """Number of rays so far that passed places indistinguishable from the surface."""
         return 0
 
     @lazy
     def digest(self) -> bytes:
-        """SHA-256 of what the shape is, the same for equal shapes."""
+        """Return the SHA-256 of the shape's definition, equal for equal shapes."""
         return _core.shape_digest(self.kind, self.digested())
 
     def digested(self) -> dict[str, NDArray[Any]]:
-        """The arrays that the digest is of. A picture counts by its own digest: shapes that share it read it once."""
+        """Return the arrays to hash. A picture is replaced by its digest: shapes that share it hash it once."""
         return self.tensors()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self).from_tensors, (self.tensors(),)  # what is in the core can't be copied
+        return type(self).from_tensors, (self.tensors(),)  # the core's objects can't be copied
 
 
 def check_tensors(
     tensors: Mapping[str, NDArray[Any]], required: Mapping[str, str], optional: Mapping[str, str] | None = None
 ) -> None:
-    """Raise InputError unless `tensors` are of these names and dtypes."""
+    """Raise InputError unless `tensors` have these names and dtypes."""
     dtypes = {**required, **(optional or {})}
     missing, unknown = sorted(required.keys() - tensors.keys()), sorted(tensors.keys() - dtypes.keys())
     if missing:
@@ -134,7 +134,7 @@ def check_tensors(
 
 
 def frozen(array: NDArray[Any], dtype: type[Number]) -> NDArray[Number]:
-    """A read-only copy, so that it stays what the core was given."""
+    """Return a read-only copy, so that it stays equal to the core's values."""
     copy = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
     return copy

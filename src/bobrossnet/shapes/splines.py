@@ -1,6 +1,6 @@
-"""What NURBS curves and surfaces have in common: knots, weights and control points, and the checks of these.
+"""Shared by NURBS curves and surfaces: knots, weights and control points, with their checks.
 
-Names and symbols are those of Piegl and Tiller, *The NURBS Book* (second edition, 1997).
+Names and symbols follow Piegl and Tiller, *The NURBS Book* (second edition, 1997).
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from bobrossnet.shapes.shape import frozen
 from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite
 
 MAX_DEGREE = 9
-"""As in the core."""
+"""The core's maximum degree."""
 
 MAX_WEIGHT_RATIO = 1e10
-"""Between the largest and the smallest weight: the core computes in float32, where smaller ones vanish."""
+"""Maximum ratio of weights: the core computes in float32, where smaller ones vanish."""
 
 Values = NDArray[np.float64]
 
 
 def check_control_points(name: str, value: Any, shape: tuple[int | None, ...]) -> Values:
-    """Return `value` as frozen float64 control points; None in `shape` stands for any number of them from 2 on."""
+    """Return `value` as frozen float64 control points; None in `shape` is any number from 2 on."""
     points = check_finite(name, check_array(name, value, shape))
     if min(points.shape[:-1]) < 2:
         raise InputError(f"{name}: expected at least 2{' x 2' * (len(shape) - 2)} points, got shape {points.shape}")
@@ -36,8 +36,10 @@ def check_control_points(name: str, value: Any, shape: tuple[int | None, ...]) -
 
 
 def check_knots(name: str, value: Any, count: int) -> Values:
-    """Return `value` as a frozen float64 knot vector for `count` control points, n + p + 1 knots with a degree p in
-    1..9."""
+    """Return `value` as a frozen float64 knot vector for `count` control points.
+
+    It has n + p + 1 knots with a degree p in 1..9.
+    """
     knots = check_finite(name, check_array(name, value, (None,)))
     check_size(name, knots)
     lowest, highest = count + 2, count + 1 + min(MAX_DEGREE, count - 1)
@@ -69,7 +71,7 @@ def check_knots(name: str, value: Any, count: int) -> Values:
 
 
 def check_weights(name: str, value: Any, shape: tuple[int, ...]) -> Values | None:
-    """Return `value` as frozen float64 weights, or None as itself."""
+    """Return `value` as frozen float64 weights; None stays None."""
     if value is None:
         return None
     weights = check_array(name, value, shape, hint="one weight for each control point")
@@ -83,7 +85,7 @@ def check_weights(name: str, value: Any, shape: tuple[int, ...]) -> Values | Non
 
 
 def check_above_zero(name: str, array: NDArray[Any]) -> None:
-    """Raise InputError unless all are finite numbers above 0, and no larger than coordinates may be."""
+    """Raise InputError unless all values are finite, above 0, and at most the maximum coordinate."""
     check_finite(name, array)
     check_size(name, array)
     if not (array > 0).all():
@@ -92,17 +94,17 @@ def check_above_zero(name: str, array: NDArray[Any]) -> None:
 
 
 def degree_of(knots: Values, count: int) -> int:
-    """The degree p of `count` control points n: there are n + p + 1 knots."""
+    """Return the degree p of `count` control points n, from n + p + 1 knots."""
     return len(knots) - count - 1
 
 
 def domain_of(knots: Values, degree: int) -> tuple[float, float]:
-    """The first and the last parameter."""
+    """Return the first and the last parameter."""
     return float(knots[degree]), float(knots[-degree - 1])
 
 
 def with_weights(points: Values, weights: Values | None) -> Values:
-    """Control points (..., N) as (..., N + 1), with their weights behind them."""
+    """Return control points, (..., N), with their weights appended, (..., N + 1)."""
     result = np.empty((*points.shape[:-1], points.shape[-1] + 1))
     result[..., :-1] = points
     result[..., -1] = 1 if weights is None else weights
@@ -110,8 +112,10 @@ def with_weights(points: Values, weights: Values | None) -> Values:
 
 
 def curve_derivatives(points: Values, weights: Values | None, knots: Values, u: Values) -> tuple[Values, Values]:
-    """Points C(u) and derivatives C'(u), (k, N) each, of a curve of control points (n, N) at parameters (k,): equation
-    4.8 of *The NURBS Book*."""
+    """Return points C(u) and derivatives C'(u), (k, N) each, at parameters (k,) of a curve.
+
+    The control points are (n, N). Equation 4.8 of *The NURBS Book*.
+    """
     degree = degree_of(knots, len(points))
     spans, basis = _core.basis_derivatives(degree, knots, np.ascontiguousarray(u, np.float64), 1)
     w = np.ones(len(points)) if weights is None else weights / weights.max()
@@ -124,7 +128,7 @@ def curve_derivatives(points: Values, weights: Values | None, knots: Values, u: 
 
 @contextmanager
 def place_in_errors(place: str) -> Iterator[None]:
-    """Messages about `knots` become messages about `place.knots`."""
+    """Rename `knots` in error messages to `place.knots`."""
     try:
         yield
     except InputError as error:
@@ -132,7 +136,7 @@ def place_in_errors(place: str) -> Iterator[None]:
 
 
 def check_tuple(name: str, value: Any, what: str) -> tuple[Any, ...]:
-    """Return any iterable but a text as a tuple."""
+    """Return any iterable except text as a tuple."""
     try:
         if not isinstance(value, str | bytes):
             return tuple(value)

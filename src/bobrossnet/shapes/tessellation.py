@@ -1,8 +1,7 @@
 """Meshes of boundary representations.
 
-Each face is sampled along its borders and on a grid of its parameters between them, and triangulated in the plane of
-its parameters. Borders are sampled by their course in space alone, so that faces that share one have the same points
-there, which are welded.
+Each face is sampled along its borders and on a grid inside, and triangulated in its parameter plane. The samples of
+a border depend on its curve in space alone, so that faces sharing it have the same points there, which are welded.
 """
 
 from __future__ import annotations
@@ -24,30 +23,32 @@ from bobrossnet.support.errors import InputError, InputWarning
 I32 = NDArray[np.int32]
 
 SAG = 1 / 30
-"""In steps: how far a chord may be from its arc, which is what a turn of 15° in a step comes to."""
+"""Maximum distance of a chord from its arc, in steps; it equals a turn of 15° in a step."""
 
 KINK = np.radians(1)
-"""From here on the course of a border is broken: a corner stays one."""
+"""Minimum turn of a kink, in radians. Borders are split at kinks, so corners stay corners."""
 
 PLANE = 2**25
-"""The whole numbers in which triangulations are computed."""
+"""Range of the integer coordinates of triangulations."""
 
 WELD = 0.02
-"""In steps: how far apart points of borders are made one. At the same edge, those of two faces are a thousandth of a
-step apart, and as far as their curves are."""
+"""Welding distance of border points, in steps.
+
+Two faces sample the same edge within a thousandth of a step, plus the distance of their curves.
+"""
 
 
 class Part(NamedTuple):
-    """What one face becomes."""
+    """The mesh of one face."""
 
     points: Values  # (n, 3)
     triangles: I32  # (t, 3)
-    borders: int  # the first so many points lie on the face's border
+    borders: int  # the first `borders` points lie on the face's border
     color: NDArray[np.float32] | None  # (3,), linear
 
 
 def tessellated(brep: Brep, step: float) -> Mesh:
-    """The mesh of a brep; see `Brep.mesh`."""
+    """Return the mesh of a brep; see `Brep.mesh`."""
     parts: list[Part] = []
     colors = brep.face_colors
     count = 0
@@ -75,7 +76,7 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
     grid = _Grid(face, step, most)
     loops = [_sampled(face, _smooth(face, loop), step) for loop in _loops(face)]
     uv = np.concatenate(loops)
-    # The edges of closed polygons, one after the other.
+    # The edges of closed polygons, concatenated.
     ends = np.cumsum([len(loop) for loop in loops])
     following = np.arange(1, len(uv) + 1)
     following[ends - 1] = [0, *ends[:-1]]
@@ -84,8 +85,8 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
     whole: I32 = np.rint(np.concatenate([plane, grid.to_plane(inner)]) * grid.scale).astype(np.int32)
     _, first, number = np.unique(_keys(whole), return_index=True, return_inverse=True)
     edges = np.stack([np.arange(len(uv)), following], axis=1)
-    edges = first[number[edges]]  # as the first of the points that are the same
-    order = np.sort(first)  # of the borders first
+    edges = first[number[edges]]  # by the first of equal points
+    order = np.sort(first)  # border points first
     place = np.full(len(whole), -1, np.int32)
     place[order] = np.arange(len(order), dtype=np.int32)
     sides: I32 = np.ascontiguousarray(place[edges[edges[:, 0] != edges[:, 1]]])
@@ -95,7 +96,7 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
 
 
 class _Grid:
-    """Lines of u and of v so close together that the surface between them is at most a step long and nearly flat."""
+    """Grid lines of u and v, so dense that the surface between them is at most a step long and nearly flat."""
 
     def __init__(self, face: Face, step: float, most: int) -> None:
         self.samples = [
@@ -112,7 +113,7 @@ class _Grid:
             )
             known = (np.abs(a).max(axis=-1) > 0) & (np.abs(b).max(axis=-1) > 0)  # a pole has no normal
             cost = _cost(length, np.where(known, _angle(a, b), 0), step).max(axis=1 - axis)
-            self.costs.append(np.concatenate([[0], np.cumsum(cost + 1e-4)]))  # grows, so that it can be inverted
+            self.costs.append(np.concatenate([[0], np.cumsum(cost + 1e-4)]))  # strictly increasing, hence invertible
             self.counts.append(max(1, int(np.ceil(self.costs[-1][-1] - 0.01))))
         if 2 * self.counts[0] * self.counts[1] > most:
             raise InputError(
@@ -121,14 +122,14 @@ class _Grid:
         self.scale = PLANE / max(cost[-1] for cost in self.costs)
 
     def to_plane(self, uv: Values) -> Values:
-        """Points (n, 2) in the plane in which lines at equal distances are one step apart."""
+        """Map parameters (n, 2) to the plane where neighbouring lines are one step apart."""
         return np.stack([np.interp(uv[:, axis], self.samples[axis], self.costs[axis]) for axis in (0, 1)], axis=1)
 
     def nodes_within(self, polygons: Values, following: NDArray[np.intp]) -> Values:
-        """The parameters of the lines' crossings within polygons, but not close to their sides."""
+        """Return the parameters of line crossings inside polygons, except close to their sides."""
         a, b = polygons, polygons[following]
         lines = [np.linspace(0, cost[-1], count + 1) for cost, count in zip(self.costs, self.counts, strict=True)]
-        # Which sides cross which lines of v, and between which lines of u: there, inside and outside change.
+        # Crossings of sides and lines of v, by interval of u: there, inside and outside alternate.
         first, end = (np.searchsorted(lines[1], each(a[:, 1], b[:, 1])) for each in (np.minimum, np.maximum))
         side = np.repeat(np.arange(len(a)), end - first)
         j = np.arange(len(side)) - np.repeat(np.cumsum(end - first) - end, end - first)
@@ -157,14 +158,14 @@ class _Grid:
 
 
 def _points(face: Face, uv: Values) -> Values:
-    """Those of parameters (n, 2), which rounding may put beyond the domain."""
+    """Evaluate the face at parameters (n, 2), clamped to the domain against rounding."""
     low, high = np.transpose(face.domain)
     u, v = np.clip(uv, low, high).T
     return face.points(u, v)
 
 
 def _samples(knots: Values, domain: tuple[float, float]) -> Values:
-    """Parameters at which a surface is looked at: some in each span."""
+    """Return the parameters at which a surface is measured: several in each span."""
     spans = np.unique(knots[(domain[0] <= knots) & (knots <= domain[1])])
     each = int(np.clip(64 // (len(spans) - 1), 2, 12))
     parts = [np.linspace(low, high, each, endpoint=False) for low, high in pairwise(spans)]
@@ -173,11 +174,11 @@ def _samples(knots: Values, domain: tuple[float, float]) -> Values:
 
 
 class Course(NamedTuple):
-    """A part of a loop."""
+    """A curve of a loop."""
 
-    at: Callable[[Values], Values]  # from parameters (k,) in 0..1 to (u, v), (k, 2)
+    at: Callable[[Values], Values]  # maps parameters (k,) in 0..1 to (u, v), (k, 2)
     spans: int
-    joints: Values  # parameters in 0..1 where it may have a kink
+    joints: Values  # parameters in 0..1 of possible kinks
 
     def part(self, start: float, end: float) -> Course:
         return Course(lambda t: self.at(start + t * (end - start)), self.spans, np.empty(0))
@@ -188,7 +189,7 @@ def _line(a: Values, b: Values, spans: int = 4, joints: Values | None = None) ->
 
 
 def _loops(face: Face) -> Iterator[list[Course]]:
-    """Each loop's courses end to end."""
+    """Yield each loop's courses, end to end."""
     low, high = np.transpose(face.domain)
     if not face.trims:
         corners = [np.array(c, np.float64) for c in (low, (high[0], low[1]), high, (low[0], high[1]))]
@@ -215,7 +216,7 @@ def _trim(curve: TrimCurve, low: Values, high: Values) -> Course:
 
 
 def _joints(knots: Values, degree: int, domain: tuple[float, float]) -> Values:
-    """Where in 0..1 within the domain a curve need not be smooth."""
+    """Return the parameters in 0..1, inside the domain, where a curve may have a kink."""
     values, times = np.unique(knots, return_counts=True)
     joints = values[(times >= degree) & (domain[0] < values) & (values < domain[1])]
     share: Values = (joints - domain[0]) / (domain[1] - domain[0])
@@ -223,7 +224,7 @@ def _joints(knots: Values, degree: int, domain: tuple[float, float]) -> Values:
 
 
 def _smooth(face: Face, courses: list[Course]) -> Iterator[Course]:
-    """Parts of a loop's courses without kinks, and straight lines where an end does not meet the next beginning."""
+    """Yield the smooth parts of a loop's courses, and straight lines across gaps."""
     size = np.ptp(face.domain, axis=1)
     ends = [course.at(np.array([0.0, 1.0])) for course in courses]
     for i, course in enumerate(courses):
@@ -238,11 +239,11 @@ def _smooth(face: Face, courses: list[Course]) -> Iterator[Course]:
 
 
 def _sampled(face: Face, courses: Iterable[Course], step: float) -> Values:
-    """Parameters (n, 2) along a loop, at equal shares of the way of each course in space."""
+    """Return parameters (n, 2) along a loop, at equal arc lengths of each course in space."""
     result = []
     for course in courses:
         t = np.linspace(0, 1, int(np.clip(8 * course.spans, 33, 1025)))
-        for _ in range(2):  # the second time close together
+        for _ in range(2):  # the second time densely enough
             uv = course.at(t)
             along = np.diff(_points(face, uv), axis=0)
             length = np.linalg.norm(along, axis=1)
@@ -261,21 +262,23 @@ def _sampled(face: Face, courses: Iterable[Course], step: float) -> Values:
 
 
 def _count(cost: float) -> int:
-    """At least as many parts: 2^i or 3 * 2^i. With few numbers to choose from, two faces hardly ever choose another
-    number each, although their curves are not the same to the last digit."""
-    cost *= 0.997  # whole numbers of steps are common
+    """Round a number of parts up to 2^i or 3 * 2^i.
+
+    With few candidates, two faces almost never choose different numbers, although their curves differ by rounding.
+    """
+    cost *= 0.997  # integer numbers of steps are common
     power: int = 2 ** max(0, int(np.ceil(np.log2(max(cost, 1)))))
     return power * 3 // 4 if power >= 4 and cost <= 0.75 * power else power
 
 
 def _cost(length: Values, turn: Values, step: float) -> Values:
-    """Into how many parts to divide arcs of given lengths and turns."""
+    """Return the number of parts for arcs of given lengths and turns."""
     cost: Values = np.maximum(length / step, np.sqrt(length * turn / (8 * SAG * step)))
     return cost
 
 
 def _angle(a: Values, b: Values) -> Values:
-    """Between vectors (..., 3) of any length; 0 where one has none."""
+    """Return the angles between vectors (..., 3) of any length; 0 for a zero vector."""
     a, b = (x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-300) for x in (a, b))
     angle: Values = 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
     return angle
@@ -305,7 +308,7 @@ def _joined(parts: list[Part], weld: float) -> Mesh:
 
 
 def _keys(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:
-    """Rows of whole numbers of at least 0, of two below 2^31 or three below 2^21, as single numbers."""
+    """Pack rows of non-negative integers, two below 2^31 or three below 2^21, into single integers."""
     bits = 63 // numbers.shape[1]
     keys = numbers[:, 0].astype(np.int64)
     for column in numbers.T[1:]:
@@ -314,7 +317,7 @@ def _keys(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:
 
 
 def _welded(points: Values, distance: float) -> NDArray[np.intp]:
-    """For each point the number of one that stands for all within a distance of it, and within that of these."""
+    """Return for each point the least index of its cluster: points within a distance of each other, transitively."""
     number = np.arange(len(points))
     cells = (points - points.min(axis=0)) / (2 * distance)
     while True:
@@ -330,7 +333,7 @@ def _welded(points: Values, distance: float) -> NDArray[np.intp]:
 
 
 def _facing_alike(points: Values, triangles: NDArray[np.intp], owner: NDArray[np.intp], faces: int) -> NDArray[np.intp]:
-    """The same, whole faces turned so that neighbours agree, and outwards where they are closed."""
+    """Return the triangles with whole faces flipped, so that neighbours agree and closed shells face outwards."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     of = np.tile(owner, 3)
     forward = edges[:, 0] < edges[:, 1]

@@ -14,26 +14,26 @@ Solid = tuple[F64, NDArray[np.int64]]
 """Vertices (V, 3) and triangles (T, 3) of a closed surface, or of many."""
 
 Clump = tuple[F64, float]
-"""Where a clump of leaves is, and its radius."""
+"""Centre and radius of a clump of leaves."""
 
 SEED = 1942  # the year of Bob Ross's birth
-# Sizes are for pictures of 640x480 that are completed from 5 % of their pixels, which lie 4 or 5 pixels apart.
-# With 8,600 leaves and 3,640 blades of a few pixels these turned to mush, at an SSIM of 0.77; with leaves 15 to
-# 25 pixels wide, and fewer blades, the same network reached 0.84.
-LEAVES = 32  # of a clump of radius 0.25
+# Sizes suit pictures of 640x480 completed from 5 % of their pixels, 4 or 5 pixels apart. With 8,600 leaves and 3,640
+# blades of a few pixels these blurred, at an SSIM of 0.77; with leaves 15 to 25 pixels wide and fewer blades, the
+# same network reached 0.84.
+LEAVES = 32  # in a clump of radius 0.25
 TUFTS = 24
-BLADES = 6  # of a tuft
+BLADES = 6  # in a tuft
 BOUGHS = 13
 LOW_BOUGHS = ((2.2, 0.40, 0.52, 0.16, 0.15), (5.2, 0.30, 0.44, 0.13, 0.13))
-"""Below the crown: turn; start, as a share of the trunk; how far out, how far up; size of the clump."""
-GOLDEN_ANGLE = 2.39996  # turns by it never line up
+"""Limbs below the crown: angle; start, as a share of the trunk; horizontal and vertical reach; size of the clump."""
+GOLDEN_ANGLE = 2.39996  # its multiples never align
 
 
 def happy_tree() -> Mesh:
     """Make a happy little tree on a hill: about 2.5 units high, z up, the same for every call.
 
-    A tree with roots, branches and leaves; three firs, for company; stones and grass. Every part is a
-    closed surface: each edge is shared by exactly two triangles. Parts may stand inside each other.
+    A tree with roots, branches and leaves, three firs, stones and grass. Every part is a closed surface: each edge is
+    shared by exactly two triangles. Parts may intersect.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def happy_tree() -> Mesh:
 
 
 def _height(x: F64, y: F64) -> F64:
-    """How high the hill is at a place: a dome with a few soft waves in it."""
+    """Return the hill's height at a point: a dome with a few soft waves."""
     r2 = x * x + y * y
     waves = 0.030 * np.sin(3.1 * x + 0.7) * np.cos(2.7 * y - 0.4) + 0.012 * np.sin(7.3 * x - 5.1 * y)
     return 0.44 * np.exp(-1.7 * r2) + waves - 0.16 * r2
@@ -66,7 +66,7 @@ def _on_hill(x: float, y: float) -> F64:
 
 
 def _hill() -> Solid:
-    """A round piece of land: the hill on top, a bowl of earth below."""
+    """Make a round piece of land: the hill on top, a bowl of earth below."""
     around = np.linspace(0, 2 * np.pi, 120, endpoint=False)
     edge = 1.0 + 0.025 * np.sin(3 * around + 0.5) + 0.015 * np.sin(7 * around)
 
@@ -75,7 +75,7 @@ def _hill() -> Solid:
         return np.stack([x, y, lift + _height(x, y)], axis=1)
 
     rings = []
-    # From the bottom up: the bowl with its crags, the rounded rim, the hill to its top.
+    # From bottom to top: the bowl with its crags, the rounded rim, the hill.
     for share in np.linspace(0.05, 0.985, 28):
         crags = 0.05 * np.sin(5 * around + 5 * share) * np.sin(9 * share)
         crags += 0.02 * np.sin(17 * around + 11 * share)
@@ -89,17 +89,17 @@ def _hill() -> Solid:
 
 
 def _stone(rng: np.random.Generator, at: F64, size: float) -> Solid:
-    """A rounded, lumpy, somewhat flat boulder, sunk a little into the ground."""
+    """Make a rounded, lumpy, flattish boulder, sunk slightly into the ground."""
     ball, triangles = _ball(14, 22)
     lumps = 1 + 0.16 * _noise(rng, ball, 2.2) + 0.05 * _noise(rng, ball, 6.0)
     return ball * lumps[:, None] * size * np.array([1.25, 1.0, 0.75]) + at + _up(0.25 * size), triangles
 
 
 def _grass(rng: np.random.Generator) -> list[Solid]:
-    """Tufts of broad blades that lean outward from the middle of their tuft."""
+    """Make tufts of broad blades that lean outwards."""
     solids: list[Solid] = []
     for place in range(TUFTS):
-        # Evenly over the land, with some disorder; none beyond the rim.
+        # Evenly over the land, with some jitter, inside the rim.
         share = 0.22 + 0.68 * np.sqrt((place + rng.random()) / TUFTS)
         turn = GOLDEN_ANGLE * place + 0.5 * rng.standard_normal()
         foot = _on_hill(share * np.cos(turn), share * np.sin(turn)) - _up(0.01)
@@ -115,14 +115,14 @@ def _grass(rng: np.random.Generator) -> list[Solid]:
 
 
 def _branches(rng: np.random.Generator) -> tuple[list[Solid], list[Clump]]:
-    """The trunk and its boughs, and the clumps of leaves on these."""
+    """Make the trunk and its boughs, and return the clumps of leaves on these."""
     foot = _on_hill(0.0, -0.05) - _up(0.09)
     trunk = _curve(foot, foot + _vector(0.03, -0.10, 0.55), foot + _vector(-0.03, 0.12, 1.15), 40)
     solids = [_limb(trunk, 0.115, 0.036, flare=0.95, sides=40)]
     middle = _vector(0.0, 0.03, 1.37)
     clumps: list[Clump] = [(middle, 0.30)]
     for number in range(BOUGHS):
-        # Out of each other's light; together they fill a dome.
+        # Away from each other's shade; together they fill a dome.
         turn = GOLDEN_ANGLE * number + 0.9
         lift = -0.28 + 1.23 * number / (BOUGHS - 1)
         level = np.sqrt(max(1 - lift**2, 0.0))
@@ -143,7 +143,7 @@ def _branches(rng: np.random.Generator) -> tuple[list[Solid], list[Clump]]:
 
 
 def _limb(path: F64, thick: float, thin: float, *, flare: float = 0.0, sides: int = 12) -> Solid:
-    """A tube along `path` that tapers from `thick` to `thin`; `flare` spreads its foot into roots."""
+    """Make a tube along `path`, tapered from `thick` to `thin`; `flare` spreads its foot into roots."""
     along = np.linspace(0, 1, len(path))[:, None]
     around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     foot = np.exp(-along / 0.08)
@@ -162,7 +162,7 @@ def _limb(path: F64, thick: float, thin: float, *, flare: float = 0.0, sides: in
 
 
 def _curve(start: F64, middle: F64, end: F64, count: int) -> F64:
-    """A quadratic Bézier curve, (count, 3)."""
+    """Return points on a quadratic Bézier curve, (count, 3)."""
     t = np.linspace(0, 1, count)[:, None]
     curve: F64 = (1 - t) ** 2 * start + 2 * t * (1 - t) * middle + t**2 * end
     return curve
@@ -172,7 +172,7 @@ def _curve(start: F64, middle: F64, end: F64, count: int) -> F64:
 
 
 def _crown(rng: np.random.Generator, clumps: list[Clump]) -> list[Solid]:
-    """Clumps of foliage: balls, shingled with plump leaves that hang and whose tips stand off."""
+    """Make clumps of foliage: balls, shingled with plump hanging leaves with raised tips."""
     flat = np.array([1.1, 1.1, 0.9])
     ball, triangles = _ball(12, 20)
     middles, sizes = np.array([at for at, _ in clumps]), np.array([size for _, size in clumps])
@@ -185,7 +185,7 @@ def _crown(rng: np.random.Generator, clumps: list[Clump]) -> list[Solid]:
         along = _unit(_unit(np.cross(face, np.cross(hang, face))) + 0.34 * face)
         width = (0.085 + 0.025 * rng.random((len(outward), 1))) * (size / 0.25) ** 0.4
         leaf = at + outward * flat * size * 0.86
-        # None where another clump hides it.
+        # Skip leaves hidden inside another clump.
         away = np.linalg.norm((leaf[:, None] - middles) / flat, axis=-1) / sizes
         away[:, number] = np.inf
         seen = away.min(axis=1) > 0.76
@@ -194,15 +194,15 @@ def _crown(rng: np.random.Generator, clumps: list[Clump]) -> list[Solid]:
 
 
 def _leaves(middle: F64, along: F64, face: F64, width: F64, *, slim: float, plump: float) -> Solid:
-    """Pointed leaves around `middle` (n, 3).
+    """Make pointed leaves around `middle` (n, 3).
 
-    `along` is from stem to tip, `face` is roughly where the flat side looks, `width` (n, 1) is half of it. A leaf
-    is `slim` times as long as wide and `plump` times as thick.
+    `along` points from stem to tip, `face` roughly along the flat side's normal, and `width` (n, 1) is half the width.
+    A leaf is `slim` times longer than wide and `plump` times thicker than wide.
     """
     across = _unit(np.cross(face, along))
     axes = np.stack([along, across, np.cross(along, across)], axis=1) * width[:, None]
     around = np.linspace(0, 2 * np.pi, 10, endpoint=False)
-    # From stem to tip: how far along, how wide.
+    # From stem to tip: position along the leaf, width.
     profile = (-0.94, 0.34), (-0.72, 0.70), (-0.36, 0.96), (0.06, 0.98), (0.46, 0.74), (0.80, 0.33)
     rings = [
         np.stack([np.full(10, slim * x), wide * np.cos(around), plump * wide * np.sin(around)], axis=1)
@@ -213,10 +213,10 @@ def _leaves(middle: F64, along: F64, face: F64, width: F64, *, slim: float, plum
 
 
 def _fir(rng: np.random.Generator, foot: F64, height: float) -> list[Solid]:
-    """A trunk and five skirts of boughs, each a cone whose hem is cut into tips that hang."""
+    """Make a trunk and five skirts of boughs, each a cone with a hem of hanging tips."""
     path = _curve(foot - _up(0.04), foot + _up(0.1 * height), foot + _up(0.85 * height), 8)
     solids = [_limb(path, 0.045 * height, 0.01 * height, sides=12)]
-    # A skirt from below the hem, out to it, and up to the tip: how far out, how far up.
+    # A skirt from below the hem, outwards, and up to the tip: radius, height.
     profile = (0.45, 0.10), (0.92, 0.015), (1.0, 0.0), (0.93, 0.055), (0.62, 0.28), (0.30, 0.62), (0.08, 0.93)
     tiers = 5
     for tier in range(tiers):
@@ -230,7 +230,7 @@ def _fir(rng: np.random.Generator, foot: F64, height: float) -> list[Solid]:
         outer = np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
         rings = []
         for out, up in profile:
-            # Tips hang lower the farther they reach.
+            # Longer tips hang lower.
             ragged = 1 + (tooth - 1) * out**2
             ring = outer * (reach * out * ragged)[:, None]
             ring[:, 2] = low + up * tall - 0.22 * reach * out**2 * (ragged - 0.8)
@@ -243,9 +243,9 @@ def _fir(rng: np.random.Generator, foot: F64, height: float) -> list[Solid]:
 
 
 def _closed(rings: F64, first: F64, last: F64) -> Solid:
-    """The surface through rings of points (n, m, 3), closed by a point at either end.
+    """Close rings of points (n, m, 3) to a surface, by a point at either end.
 
-    Rings run anticlockwise seen from `last`, if the outside is to be outside.
+    Rings run anticlockwise seen from `last`, so that the outside faces out.
     """
     n, m = rings.shape[:2]
     here = np.arange(n * m).reshape(n, m)
@@ -263,7 +263,7 @@ def _closed(rings: F64, first: F64, last: F64) -> Solid:
 
 
 def _ball(rings: int, sides: int) -> Solid:
-    """The unit sphere."""
+    """Make the unit sphere."""
     up = np.linspace(-np.pi / 2, np.pi / 2, rings + 2)[1:-1, None]
     around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     x, y = np.cos(up) * np.cos(around), np.cos(up) * np.sin(around)
@@ -271,13 +271,13 @@ def _ball(rings: int, sides: int) -> Solid:
 
 
 def _repeated(corners: F64, triangles: NDArray[np.int64]) -> Solid:
-    """Many copies of one small solid; `corners` (n, k, 3) are the vertices of each."""
+    """Make many copies of a small solid; `corners` (n, k, 3) are the vertices of each."""
     n, k = corners.shape[:2]
     return corners.reshape(-1, 3), (triangles + k * np.arange(n)[:, None, None]).reshape(-1, 3)
 
 
 def _spread(rng: np.random.Generator, count: int) -> F64:
-    """Directions spread evenly over the sphere, a little out of order, (count, 3)."""
+    """Return directions spread evenly over the sphere, slightly jittered, (count, 3)."""
     n = np.arange(count) + 0.5
     z = 1 - 2 * n / count
     level, turn = np.sqrt(1 - z * z), GOLDEN_ANGLE * n + 2 * np.pi * rng.random()
@@ -286,7 +286,7 @@ def _spread(rng: np.random.Generator, count: int) -> F64:
 
 
 def _noise(rng: np.random.Generator, points: F64, frequency: float) -> F64:
-    """A smooth bumpy field at `points`, (n,) in about -1..1: a few plane waves in random directions."""
+    """Evaluate a smooth bumpy field at `points`, (n,) in about -1..1: a few plane waves in random directions."""
     waves = _unit(rng.standard_normal((7, 3))) * frequency * (0.7 + 0.6 * rng.random((7, 1)))
     field: F64 = np.sin(points @ waves.T + 2 * np.pi * rng.random(7)).sum(axis=1) / 3.0
     return field

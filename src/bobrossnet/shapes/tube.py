@@ -1,4 +1,4 @@
-"""Tubes: NURBS curves with a thickness."""
+"""Tubes: NURBS curves with a radius."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from bobrossnet.support.threads import lazy
 
 
 class Tube(Shape):
-    """What a ball sweeps as it moves along a NURBS curve; its ends are round.
+    """The volume swept by a ball along a NURBS curve; its ends are round.
 
     Parameters
     ----------
     control_points : (n, 3) numbers, finite
-        In the unit of the shape, not multiplied by weights; at least two that differ.
-    knots : (n + p + 1,) numbers that never decrease
-        A complete knot vector, as in *The NURBS Book*; the degree p, 1..9, follows. It need not be clamped: the curve
-        runs from knots[p] to knots[n].
+        In the shape's unit, not multiplied by weights; at least two that differ.
+    knots : (n + p + 1,) numbers, non-decreasing
+        A complete knot vector, as in *The NURBS Book*; the degree p, 1..9, follows from the lengths. It need not be
+        clamped: the domain is knots[p] to knots[n].
     radius : number above 0, or (n,) of them
-        The ball's, in the unit of the shape: one for all, or one for each control point, which the curve blends as it
-        does their coordinates.
+        Radius of the ball, in the shape's unit: one for all, or one for each control point, interpolated by the curve
+        like the coordinates.
     weights : (n,) numbers above 0, optional
         Within a factor of 1e10.
 
@@ -84,20 +84,20 @@ class Tube(Shape):
         return _core.Tube(with_weights(balls, self.weights), self.knots)
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """The surface as triangles between circles on it, whose corners are exact.
+        """Tessellate the surface between circles on it, with exact vertices.
 
         Parameters
         ----------
         step : number above 0, optional
-            How far apart the circles are at most, and their corners; by default 1/128 of the tube's longest side. They
-            are closer where the curve bends or the tube is thin: circles have at least 12 corners, and turn by at most
-            15° from one to the next.
+            Maximum distance between circles, and between their vertices; by default 1/128 of the tube's longest side.
+            Both are smaller where the curve bends or the tube is thin: circles have at least 12 vertices, and turn by
+            at most 15° from one to the next.
 
         Returns
         -------
         Mesh
-            Closed, with every edge in exactly two triangles, anticlockwise seen from outside. Where the tube is bent
-            more sharply than it is thick, or meets itself, the mesh passes through itself.
+            Closed, with every edge in exactly two triangles, anticlockwise seen from outside. Where the radius exceeds
+            the curve's radius of curvature, or the tube meets itself, the mesh intersects itself.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class Tube(Shape):
 
 
 def nurbs_curve(control_points: Any, knots: Any, weights: Any = None, *, radius: Any) -> Tube:
-    """A NURBS curve as a shape: a `Tube`, whose parameters these are."""
+    """Make a `Tube` of a NURBS curve, with the parameters of `Tube`."""
     return Tube(control_points, knots, radius, weights)
 
 
@@ -230,16 +230,16 @@ class Circles:
         check_count(self.corners * len(self.center), step)
 
     def _balls(self, tube: Tube) -> tuple[Values, Values, Values, Values]:
-        """Centres, radii, tangents and slopes along the curve, close enough together; at corners the tangent turns."""
+        """Return centres, radii, tangents and slopes along the curve, densely enough; at corners the tangent turns."""
         balls = np.concatenate([tube.control_points, tube.radii[:, None]], axis=1)
         u0, u1 = tube.domain
         knots = np.unique(tube.knots[(u0 <= tube.knots) & (tube.knots <= u1)])
         parts: list[tuple[Values, Values, Values, Values]] = []
         for low, high in pairwise(knots):
-            # Inside of a span, since at its ends the derivatives are those of one side.
+            # Inside the span, since at its ends the derivatives are one-sided.
             inset = 1e-9 * (high - low)
             u = np.linspace(low + inset, high - inset, 65)
-            for _ in range(2):  # the second time close enough
+            for _ in range(2):  # the second time densely enough
                 point, by = curve_derivatives(balls, tube.weights, tube.knots, u)
                 speed = np.linalg.norm(by[:, :3], axis=1)
                 tangent = by[:, :3] / np.where(speed > 0, speed, 1)[:, None]
@@ -280,7 +280,7 @@ class Circles:
     def _cap(
         self, center: Values, radius: float, tangent: Values, slope: float, side: int
     ) -> tuple[Values, Values, Values, Values]:
-        """From the pole to the first circle, or from the last one to the pole: slopes from 1 at the one's end."""
+        """Return the circles of a round end, between its pole and its circle; the slope is 1 at the pole."""
         first, pole = np.arcsin(slope), -side * np.pi / 2
         count = max(1, int(np.ceil(abs(pole - first) / self.turn)))
         angles = (first + (pole - first) * np.linspace(0, 1, count + 1))[1:]
@@ -312,21 +312,23 @@ class Circles:
 
 
 def _angle(a: Values, b: Values) -> Values:
-    """Between unit vectors, (k,); exact for small ones, unlike the arc cosine."""
+    """Return the angles between unit vectors, (k,); accurate for small angles, unlike the arc cosine."""
     angle: Values = 2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
     return angle
 
 
 def _across(direction: Values) -> Values:
-    """A vector at right angles to another."""
+    """Return a vector perpendicular to another."""
     axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
     across: Values = np.cross(direction, axis)
     return across
 
 
 def _frames(center: Values, tangent: Values) -> Values:
-    """Unit vectors at right angles to the tangents that turn as little as they can from one to the next, by double
-    reflection (Wang et al., "Computation of rotation minimizing frames", 2008)."""
+    """Return unit vectors perpendicular to the tangents with minimal rotation from one to the next.
+
+    By double reflection (Wang et al., "Computation of rotation minimizing frames", 2008).
+    """
     x = np.empty_like(tangent)
     x[0] = _across(tangent[0]) / np.linalg.norm(_across(tangent[0]))
     for i in range(len(tangent) - 1):

@@ -1,1 +1,1 @@
-"""What every part uses: errors, paths, files written whole, threads, interruptions, progress."""
+"""Shared utilities: errors, paths, atomic writes, threads, interrupts, progress."""

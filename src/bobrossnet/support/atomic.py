@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic writes: files are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -12,23 +12,25 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import path_of
 
 PATIENCE = 1.0
-"""Seconds for which a program may have a file open that is replaced."""
+"""Seconds to wait for programs that have the replaced file open."""
 
 
 def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterable[str] = ()) -> Path:
-    """Return `path` if a file can be written there, before time is spent on its content.
+    """Return `path` if a file can be written there; checked before any time is spent on the content.
 
     Parameters
     ----------
     path : str or path
-    what, endings
-        What is written, such as "a picture", and the endings that its formats have, in lower case; any without `what`.
+    what : str
+        What is written, such as "a picture"; without it, any ending is allowed.
+    endings : iterable of str
+        Endings of its formats, in lower case.
 
     Raises
     ------
     InputError
-        If its ending is another, it is a folder or a device, its name is too long, or its folder does not exist or is
-        read-only.
+        If the ending is not listed, the path is a folder or a device, its name is too long, or its folder does not
+        exist or is read-only.
     """
     path = path_of(path)
     if what and path.suffix.lower() not in (known := [*endings]):
@@ -42,10 +44,10 @@ def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterab
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write a file under another name beside its place, then move it there.
+    """Write a temporary file in the same folder, then move it into place.
 
-    Anyone who reads `path` in the meantime, or after an interruption, finds the old content. A link stays one: what it
-    points to is written.
+    Readers of `path` in the meantime, or after an interrupt, find the old content. A link is kept, and its target is
+    written.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """
     path = path_of(path)
     place = _place(path)
-    temporary = place.with_name(f".bobrossnet-{os.urandom(8).hex()}")  # the file's own may be as long as names can be
+    temporary = place.with_name(f".bobrossnet-{os.urandom(8).hex()}")  # the name may already be at the limit
     try:
         try:
             with temporary.open("xb") as file:
@@ -68,14 +70,14 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
 
 
 def replace(temporary: Path, place: Path) -> None:
-    """Move a file over another. Windows refuses while a program has that open, as scanners of viruses have for moments.
+    """Move a file over another. Windows refuses while a program has it open, as virus scanners briefly do.
 
     Raises
     ------
     InputError
-        If a program keeps it open.
+        If a program keeps the file open.
     OSError
-        If it can't be moved for another reason.
+        If the move fails for another reason.
     """
     until = time.monotonic() + PATIENCE
     while True:
@@ -91,16 +93,16 @@ def replace(temporary: Path, place: Path) -> None:
 
 
 def _place(path: Path) -> Path:
-    """Where the file really lies or is to lie."""
-    place = path  # a working folder that was removed has no real path
+    """Return the path with links resolved, of a file that may not exist yet."""
+    place = path  # a deleted working folder has no real path
     try:
         place = Path(os.path.realpath(path))
         place.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return place
-    except OSError as error:  # a name too long
+    except OSError as error:  # a name that is too long
         raise InputError(f"{path}: can't write it: {error.strerror}") from error
-    except ValueError as error:  # a NUL in it
+    except ValueError as error:  # a NUL in the name
         raise InputError(f"path: can't write to {str(path)!a:.100}: {error}") from error
     if not place.is_file():
         what = "folder" if place.is_dir() else "link to itself" if place.is_symlink() else "device"

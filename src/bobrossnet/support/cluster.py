@@ -1,4 +1,4 @@
-"""Work that runs on a Dask cluster: calls that are sent there, and come back as they are done."""
+"""Calls on a Dask cluster, yielded as they finish."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 
 ANSWER_SECONDS = 10
-"""How long a scheduler may take to answer: at a wrong address, waiting would never end."""
+"""Timeout of a scheduler's answer in seconds; at a wrong address, waiting would never end."""
 
 
 @contextmanager
 def connected(scheduler: str | None) -> Iterator[Any]:
-    """A client of the Dask scheduler at an address; of one in this process, with a thread for each core, without.
+    """Provide a client of a Dask scheduler. If it is None, start one in this process, with a thread for each core.
 
     Raises
     ------
     InputError
-        If there is no scheduler at the address, or no Dask here.
+        If no scheduler answers at the address, or Dask is not installed.
     """
-    import asyncio  # takes a tenth of all imports together
+    import asyncio  # takes a tenth of the time of all imports
 
     try:
         from distributed import Client, LocalCluster
     except ModuleNotFoundError:
         raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
     if scheduler is not None:
-        with ThreadPoolExecutor(1) as pool:  # a notebook's own thread has a loop that runs already
+        with ThreadPoolExecutor(1) as pool:  # a notebook's thread already runs a loop
             try:
                 pool.submit(asyncio.run, asyncio.wait_for(_reach(scheduler), timeout=ANSWER_SECONDS)).result()
             except (OSError, ValueError, asyncio.TimeoutError) as error:
@@ -42,7 +42,7 @@ def connected(scheduler: str | None) -> Iterator[Any]:
         with Client(scheduler) as client:
             yield client
         return
-    # Failures arrive with their results; the rest of the log is only its reaction to Ctrl-C.
+    # Failures arrive with their results; the log adds only its reaction to Ctrl-C.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with (
         LocalCluster(
@@ -54,7 +54,7 @@ def connected(scheduler: str | None) -> Iterator[Any]:
 
 
 async def _reach(scheduler: str) -> None:
-    """Return if a Dask scheduler answers; a client that finds none can't be closed, and may halt those after it."""
+    """Return if a Dask scheduler answers; a client without one can't be closed, and may block later clients."""
     from distributed import Security
     from distributed.core import connect
 
@@ -65,9 +65,9 @@ async def _reach(scheduler: str) -> None:
 def as_done(
     client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the index and the future of each call as it is done, in any order.
+    """Yield the index and the future of each call as it finishes, in any order.
 
-    Few more are asked for than can run, so that results that are not yet taken don't fill the memory.
+    Only slightly more calls are submitted than can run, so that pending results do not fill the memory.
     """
     from distributed import as_completed
 

@@ -1,7 +1,7 @@
-"""What goes wrong when an input can't be used, and the checks that say so.
+"""Errors of unusable inputs, and the checks that raise them.
 
-Every message has the same parts: the name of the argument, what was expected, what came instead, and, where possible,
-what to do about it.
+Every message has the same parts: the argument's name, the expected value, the actual value and, where possible, a
+remedy.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class InputTypeError(InputError, TypeError):
 
 
 class InputWarning(UserWarning):
-    """A part of an input that can't be used and was left out."""
+    """A part of an input was unusable and has been omitted."""
 
 
 def warn_coarse(what: str) -> None:
@@ -42,7 +42,7 @@ def check_number(
         raise InputTypeError(f"{name}: expected a number, got {brief(value)}{'; ' + hint if hint else ''}")
     try:
         number = float(value)
-    except OverflowError:  # of an integer beyond all floats
+    except OverflowError:  # an integer beyond every float
         number = math.copysign(math.inf, 1 if value > 0 else -1)  # type: ignore[operator]
     inside = (low < number if above else low <= number) and number <= high
     if not (math.isfinite(number) and inside):
@@ -60,7 +60,7 @@ def check_integer(name: str, value: Any, low: int, high: int) -> int:
 
 
 def check_choice(name: str, value: Any, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of these words."""
+    """Return `value` if it is one of `choices`."""
     if not isinstance(value, str):
         raise InputTypeError(f"{name}: expected one of {', '.join(choices)}, got {brief(value)}")
     if value not in choices:
@@ -69,10 +69,10 @@ def check_choice(name: str, value: Any, choices: Sequence[str]) -> str:
 
 
 def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> NDArray[Any]:
-    """Return `value` as an array of numbers of `shape`; None stands for any length."""
+    """Return `value` as an array of numbers of `shape`; None is any length."""
     try:
         array = np.asarray(value)
-    except Exception as error:  # whatever an object's own __array__ raises
+    except Exception as error:  # an object's __array__ can raise anything
         raise InputTypeError(f"{name}: expected an array of numbers, got {brief(value)}") from error
     if array.dtype.kind not in "biuf":
         got = type(value).__name__ if array.ndim == 0 else f"dtype {array.dtype}"
@@ -85,29 +85,29 @@ def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: s
 
 
 def shape_of(value: Any) -> tuple[int, ...]:
-    """Return the shape of what may be an array; () of anything else, which `check_array` refuses."""
+    """Return the shape of an array; () for any other object, which `check_array` refuses."""
     try:
         shape = np.shape(value)
     except Exception:
         return ()
-    return shape if isinstance(shape, tuple) else ()  # some objects have their own `shape`
+    return shape if isinstance(shape, tuple) else ()  # some objects have an unrelated `shape`
 
 
 def check_flag(name: str, value: Any) -> bool:
-    """Return `value` as a bool if it is one."""
+    """Return `value` as a bool if it is one; otherwise raise InputTypeError."""
     if not isinstance(value, bool | np.bool_) and not (isinstance(value, Integral) and value in (0, 1)):
         raise InputTypeError(f"{name}: expected True or False, got {brief(value)}")
     return bool(value)
 
 
 def check_callable(name: str, value: Any) -> None:
-    """Raise InputTypeError unless `value` can be called, or is None."""
+    """Raise InputTypeError unless `value` is callable or None."""
     if value is not None and not callable(value):
         raise InputTypeError(f"{name}: expected a function, got {brief(value)}")
 
 
 def each_of(name: str, values: Any, what: str) -> Iterator[Any]:
-    """Return an iterator over `values`, which `what` says in the error of what has none."""
+    """Return an iterator over `values`; `what` describes them in the error if they are not iterable."""
     try:
         return iter(values)
     except Exception:
@@ -115,7 +115,7 @@ def each_of(name: str, values: Any, what: str) -> Iterator[Any]:
 
 
 def check_finite(name: str, array: NDArray[Any]) -> NDArray[Any]:
-    """Return `array` if it holds no NaN and no infinity."""
+    """Return `array` if it is finite everywhere; otherwise raise InputError."""
     bad = array.size - int(np.count_nonzero(np.isfinite(array)))
     if bad:
         raise InputError(f"{name}: expected finite numbers, got {bad} of {array.size} NaN or infinite")
@@ -131,10 +131,10 @@ def _interval(low: float, high: float, above: bool) -> str:
 
 
 def brief(value: Any, *, of_type: bool = True) -> str:
-    """Return a value in one short line, after its type if `of_type`."""
+    """Return a short one-line text of a value, prefixed by its type if `of_type`."""
     try:
         text = " ".join(repr(value).encode(errors="backslashreplace").decode().split())
-    except ValueError:  # Python writes no integers of thousands of digits
+    except ValueError:  # Python prints no integers of thousands of digits
         text = f"{value.bit_length():,} bits" if isinstance(value, int) else "..."
     text = text if len(text) <= 40 else f"{text[:37]}..."
     return f"{type(value).__name__} {text}" if of_type else text

@@ -1,4 +1,4 @@
-"""Interrupts that other people's code swallows: `except BaseException` around its imports, for example."""
+"""Interrupts that foreign code swallows, for example by `except BaseException` around its imports."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from types import FrameType, ModuleType
 from typing import Any, Protocol
 
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
-"""What ends a program from outside. A console that is closed sends SIGBREAK on Windows, SIGHUP elsewhere."""
+"""Signals that terminate a program. A closed console sends SIGBREAK on Windows, SIGHUP elsewhere."""
 
 SIGNALS = [signal.SIGINT, *ENDING]
 
 
 class Process(Protocol):
-    """What `multiprocessing` and `subprocess` start."""
+    """A process started by `multiprocessing` or `subprocess`."""
 
     @property
     def pid(self) -> int | None: ...
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a process that this one started, as Ctrl-C does. On Windows, Ctrl-C itself has reached it already."""
+    """Interrupt a child process, as Ctrl-C does. On Windows, Ctrl-C has already reached it."""
     if sys.platform != "win32" and process.pid is not None:
         os.kill(process.pid, signal.SIGINT)
 
 
 @contextmanager
 def heard(package: str) -> Iterator[None]:
-    """Have what signals raise leave this block, whatever `package` does about it.
+    """Ensure that exceptions of signal handlers leave this block, whatever `package` does with them.
 
-    It is raised again by each import that follows, and at the latest at the end; modules of the package that were
-    imported meanwhile are forgotten, since they may lack what the interrupt kept from them.
+    They are raised again by each later import, and at the latest at the end. Modules of the package imported in the
+    meantime are removed, since the interrupt may have left them incomplete.
     """
-    if threading.current_thread() is not threading.main_thread():  # in which alone signals are handled
+    if threading.current_thread() is not threading.main_thread():  # only the main thread handles signals
         yield
         return
     handlers = {sent: signal.getsignal(sent) for sent in SIGNALS}
@@ -62,7 +62,7 @@ def heard(package: str) -> Iterator[None]:
 
 
 class _Again(MetaPathFinder):
-    """Finds no module; raises once more what a signal's handler raised."""
+    """A finder that finds no module, and raises the signal handler's exception again."""
 
     def __init__(self, handlers: dict[Any, Any]) -> None:
         self.handlers = handlers

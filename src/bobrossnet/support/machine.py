@@ -1,4 +1,4 @@
-"""The machine: its name, and the memory and time that this process takes of it, or may take."""
+"""The machine: its processor's name, and this process's memory, processor time and threads."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bobrossnet import _core
 from bobrossnet.support.errors import check_integer
 
 MAX_PROCESSES = 61 if sys.platform == "win32" else 256
-"""At once: Windows waits for at most 64 things, and Python's pools need three of them for themselves."""
+"""Maximum number of processes: Windows waits for at most 64 objects, and Python's pools reserve three."""
 
 
 def processor() -> str:
@@ -28,12 +28,11 @@ def processor() -> str:
 
 
 def extra_memory(run: Callable[[], object]) -> int | None:
-    """Return how many bytes the process held at most while `run()` ran, beyond what it held before; None where the
-    system does not report it."""
+    """Return the peak memory of `run()` in bytes, above the memory before it; None if the system can't report it."""
     try:
-        ctypes.CDLL(None).malloc_trim(0)  # memory that was freed but is still held would hide the need for more
-        Path("/proc/self/clear_refs").write_text("5", "utf-8")  # the peak starts anew, from what is held now
-    except (AttributeError, OSError, TypeError):  # another C library or system
+        ctypes.CDLL(None).malloc_trim(0)  # freed memory that is still held would hide new use
+        Path("/proc/self/clear_refs").write_text("5", "utf-8")  # resets the peak to the current use
+    except (AttributeError, OSError, TypeError):  # other C library or system
         return None
     before = _status_bytes("VmRSS")
     run()
@@ -41,12 +40,11 @@ def extra_memory(run: Callable[[], object]) -> int | None:
 
 
 def limit_memory(more: int | None = None) -> None:
-    """Let allocations fail that go beyond a limit, so that an absurd file ends in an error message, not in a frozen
-    machine. Only Linux has this.
+    """Limit memory, so that an absurd file ends in an error message, not in a frozen machine. Linux only.
 
     Parameters
     ----------
-    more : bytes in addition to those that the process holds; by default it may have all memory of the machine
+    more : bytes above the current use; by default up to the machine's memory
     """
     if sys.platform != "linux":
         return
@@ -55,14 +53,14 @@ def limit_memory(more: int | None = None) -> None:
     if more is None:
         limit = resource.getpagesize() * os.sysconf("SC_PHYS_PAGES")
     else:
-        pages = int(Path("/proc/self/statm").read_text("utf-8").split()[5])  # what RLIMIT_DATA counts
+        pages = int(Path("/proc/self/statm").read_text("utf-8").split()[5])  # as counted by RLIMIT_DATA
         limit = resource.getpagesize() * pages + more
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     resource.setrlimit(resource.RLIMIT_DATA, (limit if soft == resource.RLIM_INFINITY else min(limit, soft), hard))
 
 
 def limit_processor(more: float) -> None:
-    """Have this process end with SIGXCPU after so many more seconds of the processor. Only Linux has this."""
+    """End this process by SIGXCPU after `more` further seconds of processor time. Linux only."""
     if sys.platform != "linux":
         return
     import resource
@@ -73,12 +71,12 @@ def limit_processor(more: float) -> None:
 
 
 def was_too_slow(status: int) -> bool:
-    """Return whether `limit_processor` ended the process with this exit status."""
+    """Return whether an exit status is that from `limit_processor`."""
     return sys.platform == "linux" and status == -signal.SIGXCPU
 
 
 def limits() -> dict[int, tuple[int, int]]:
-    """Return this process's limits of memory and processor, for `set_limits`. Only Linux has them."""
+    """Return this process's limits of memory and processor time, for `set_limits`. Linux only."""
     if sys.platform != "linux":
         return {}
     import resource
@@ -87,7 +85,7 @@ def limits() -> dict[int, tuple[int, int]]:
 
 
 def set_limits(limits: dict[int, tuple[int, int]]) -> None:
-    """Set what `limits` returned before."""
+    """Restore the limits from `limits`."""
     if sys.platform != "linux":
         return
     import resource
@@ -104,5 +102,5 @@ def _status_bytes(field: str) -> int:
 
 
 def set_thread_count(count: int) -> None:
-    """Set the number of threads that trace and complete, 1..1024."""
+    """Set the number of threads for tracing and completion, 1..1024."""
     _core.set_thread_count(check_integer("count", count, 1, 1024))

@@ -1,4 +1,4 @@
-"""Messages about files, one line each."""
+"""One-line messages about files."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from bobrossnet.support.errors import InputError, InputWarning
 
 
 def one_line(text: object) -> str:
-    """Any text as one line of at most 200 characters."""
+    """Shorten any text to one line of at most 200 characters."""
     line = " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
     return line if len(line) <= 200 else line[:197] + "..."
 
 
 def name_of(file: Path) -> str:
-    """A file's name, as errors and warnings about it begin."""
+    """Return a file's name as the prefix of errors and warnings."""
     return one_line(file.name or str(file))
 
 
 def warn_of(file: Path, text: str) -> None:
-    """Warn that a part of a file was left out or is not shown as it is."""
+    """Warn that a part of a file is omitted or shown differently."""
     warnings.warn(f"{name_of(file)}: {text}", InputWarning, stacklevel=2)
 
 
 @contextmanager
 def errors_at(place: str) -> Iterator[None]:
-    """Add to an InputError which part of a file it is about: "surface 3: knots_u: expected ..."."""
+    """Prefix InputErrors with a part of a file: "surface 3: knots_u: expected ..."."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, plain lines elsewhere."""
+"""Progress of long work: a bar on a terminal, otherwise plain lines."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-PATIENCE = 1.0  # seconds before anything is shown: short work needs no bar
+PATIENCE = 1.0  # seconds before the first output: short work needs no bar
 LINE_EVERY = 10.0  # seconds between plain lines
 
 
 class Report(Protocol):
     def __call__(self, share: float, note: str = "") -> None:
-        """Say that `share` of the work, 0..1, is done, with a few words on how it goes."""
+        """Report the share of work done, 0..1, with a short note."""
 
 
 @contextmanager
 def progress(what: str) -> Iterator[Report]:
-    """Show on stderr how far `what` has come, once it has taken a second.
+    """Show the progress of `what` on stderr, once it has taken a second.
 
     Yields
     ------
     callable
-        To be called now and then with the share of the work done, 0..1, and maybe a note.
+        Called from time to time with the share of the work done, 0..1, and an optional note.
     """
     bar = _Bar(what) if sys.stderr is not None and sys.stderr.isatty() else _Lines(what)
     try:
@@ -37,7 +37,7 @@ class _Bar:
     def __init__(self, what: str) -> None:
         self.what = what
         self.start = time.monotonic()
-        self.bar: Any = None  # rich is imported when there is something to show
+        self.bar: Any = None  # rich is imported at the first output
 
     def report(self, share: float, note: str = "") -> None:
         if self.bar is None:
@@ -64,7 +64,7 @@ class _Lines:
         self.what = what
         self.start = time.monotonic()
         self.next = self.start + PATIENCE
-        self.first: tuple[float, float] | None = None  # when, and share: work may go on from where it was stopped
+        self.first: tuple[float, float] | None = None  # time and share at the first report: work may resume partway
 
     def report(self, share: float, note: str = "") -> None:
         now = time.monotonic()

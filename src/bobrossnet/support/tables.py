@@ -1,4 +1,4 @@
-"""Tables for people."""
+"""Text tables."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 
 def table(heading: Sequence[str], rows: Sequence[Sequence[str]], *, left: bool = False) -> str:
-    """Return a markdown table whose columns are aligned in plain text as well, all but the first to the right.
+    """Return a markdown table, aligned in plain text too, all columns except the first to the right.
 
     Parameters
     ----------
     heading : the columns' names
-    rows : as many cells each
+    rows : equally many cells each
     left : whether all columns are aligned to the left
     """
     widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
@@ -25,13 +25,13 @@ def table(heading: Sequence[str], rows: Sequence[Sequence[str]], *, left: bool =
 
 
 def cell(number: float, digits: int, sign: str = "") -> str:
-    """Return a number as it stands in a table; a dash where there is none.
+    """Format a number for a table; NaN becomes a dash.
 
     Parameters
     ----------
-    number : maybe infinite, or NaN where there is none
+    number : float, or infinity, or NaN for a missing value
     digits : after the point
-    sign : "+" to have one in any case
+    sign : "+" to write the sign of positive numbers too
     """
     if math.isnan(number):
         return "–"
@@ -39,11 +39,11 @@ def cell(number: float, digits: int, sign: str = "") -> str:
 
 
 def best_bold(numbers: Sequence[float], best: Sequence[float], digits: int) -> list[str]:
-    """Return a row's cells, bold where a number is the best of its column."""
+    """Return a row's cells, with each column's best number in bold."""
     marks = ["**" if number == top else "" for number, top in zip(numbers, best, strict=True)]
     return [f"{mark}{cell(number, digits)}{mark}" for number, mark in zip(numbers, marks, strict=True)]
 
 
 def plus_minus(mean: float, half: float, digits: int) -> str:
-    """Return a difference with half of its confidence interval."""
+    """Format a difference with half of its confidence interval."""
     return f"{cell(mean, digits, '+')} ± {cell(half, digits)}"

@@ -1,5 +1,7 @@
-"""Safetensors files, laid out by hand: the safetensors package orders a header's strings at random, and equal content
-shall make equal files."""
+"""Safetensors files with a fixed layout, so that equal content makes equal files.
+
+The safetensors package orders a header's strings at random.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ DTYPES = {
 
 
 def tensor_file(metadata: Mapping[str, str], tensors: Mapping[str, NDArray[Any]]) -> bytes:
-    """A file: strings in their order, then tensors, those of large items first, so that all are aligned."""
+    """Return a file's bytes: strings in the given order, then tensors by decreasing item size, hence aligned."""
     header: dict[str, Any] = {"__metadata__": dict(metadata)}
     body = []
     at = 0

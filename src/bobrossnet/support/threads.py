@@ -1,4 +1,4 @@
-"""Objects that threads share, also in a process that was forked while one of them was at work."""
+"""Objects shared by threads, also in a process forked while one of them was working."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from bobrossnet.support.errors import InputError
 __all__ = ["Turns", "lazy"]
 
 if TYPE_CHECKING:
-    from functools import cached_property as lazy  # which tools take for a property
+    from functools import cached_property as lazy  # type checkers know it as a property
 else:
 
     class lazy:  # noqa: N801  as property
-        """A property that is computed when first asked for and then kept. Another thread that asks waits for the first.
+        """A cached property, computed at first use; other threads wait for the first one.
 
-        The lock of functools.cached_property is one for all objects of a class up to Python 3.11, so that no two of
-        them are computed at once, and in a forked process it may stay locked for ever.
+        Up to Python 3.11, functools.cached_property has one lock for all objects of a class, so that no two are
+        computed at once, and the lock may stay held forever in a forked process.
         """
 
         def __init__(self, compute):
@@ -44,27 +44,27 @@ else:
 
 
 _COMPUTING: dict[tuple[int, str], Any] = {}
-"""The locks of what is being computed."""
+"""Locks of properties being computed."""
 
 
 class Turns:
-    """Lets the threads that use an object take turns.
+    """Lets threads use an object one at a time.
 
     Parameters
     ----------
     name : str
-        Of the object's class, for messages.
+        Name of the object's class, for error messages.
 
     Raises
     ------
     InputError
-        On entering: if the thread is within already, or another one was as this process was forked from its parent,
-        which leaves the object half changed.
+        On entry: if this thread holds the object already, or if another thread held it when this process was forked,
+        which leaves it half changed.
     """
 
     def __init__(self, name: str) -> None:
         self._name, self._lock = name, Lock()
-        self._user = 0  # a thread
+        self._user = 0  # identifier of the current thread, or 0
         self._is_broken = False
         _TURNS.add(self)
 
@@ -83,7 +83,7 @@ class Turns:
         self._lock.release()
 
     def forked(self) -> None:
-        """Find out, in a forked process, whether it can still be used."""
+        """In a forked process, mark the object as broken if another thread held it."""
         self._is_broken = self._is_broken or (self._lock.locked() and self._user != get_ident())
 
 

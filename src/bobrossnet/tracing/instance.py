@@ -1,4 +1,4 @@
-"""Instances: shapes, each with its placement and material."""
+"""Instances: shapes with a placement and a material."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ WHITE = Material()
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
 class Instance:
-    """A shape in its place.
+    """A shape with its placement.
 
-    Instances of one shape share its memory. `translate`, `scale` and `rotate` are those of the modelling language; each
-    acts on the result of the one before:
+    Instances of one shape share its memory. `translate`, `scale` and `rotate` follow the modelling language; each acts
+    on the result of the previous one:
 
     >>> import bobrossnet as bob
     >>> tree = bob.Instance(bob.happy_tree())
@@ -31,11 +31,11 @@ class Instance:
     ----------
     shape : Shape
     transform : (4, 4) numbers, optional
-        From the shape's units to the scene's, multiplied from the left to column vectors; affine and not singular.
+        Maps the shape's units to the scene's, multiplied from the left to column vectors; affine and invertible.
     material : Material, optional
         White by default.
     name : str, optional
-        For people; nothing depends on it.
+        A label; nothing depends on it.
 
     Raises
     ------
@@ -68,23 +68,25 @@ class Instance:
             object.__setattr__(self, field, value)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Instance, (self.shape, self.transform, self.material, self.name)  # whose transform is read-only, too
+        return Instance, (self.shape, self.transform, self.material, self.name)  # keeps the transform read-only
 
     def transformed(self, matrix: Any) -> Instance:
-        """The instance moved by a (4, 4) matrix."""
+        """Return the instance transformed by a (4, 4) matrix."""
         return replace(self, transform=check_map("matrix", matrix) @ self.transform)
 
     def translate(self, offset: Any) -> Instance:
-        """The instance moved by (x, y, z)."""
+        """Return the instance translated by (x, y, z)."""
         return self.transformed(translation(offset))
 
     def scale(self, factor: Any) -> Instance:
-        """The instance scaled about the scene's origin, by one factor or by one for each axis, not 0."""
+        """Return the instance scaled about the scene's origin, by one factor or by one for each axis, not 0."""
         return self.transformed(scaling(factor))
 
     def rotate(self, angle: float, vector: Any = Z) -> Instance:
-        """The instance turned about an axis through the scene's origin, by radians, anticlockwise where the axis points
-        at the eye."""
+        """Return the instance rotated about an axis through the scene's origin, by an angle in radians.
+
+        Positive angles are anticlockwise, seen against the axis.
+        """
         return self.transformed(rotation(angle, vector))
 
     def digest(self) -> bytes:

@@ -1,4 +1,4 @@
-"""Tracing light: many paths for a pixel, first hits for all."""
+"""Tracing of light: many paths in each pixel, first hits at all pixels."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
 """What light is, at a pixel."""
 
 PATHS = 16
-"""Of a pixel, each time it is traced."""
+"""Paths of a pixel at each visit."""
 
 MAX_PATHS = 4096
 
 HITS = 9
-"""Numbers of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
+"""Values of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
 
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
@@ -55,17 +55,17 @@ class LitTracer:
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera
     size : (height, width) or "WIDTHxHEIGHT"
-    light : as of `render`, but for the headlight
+    light : as in `render`, except the headlight
     ground : bool
-        Whether the scene stands on a plane that catches shadows.
+        Whether a plane under the scene catches shadows.
     paths : int, 1..4096
-        Of each pixel of a call.
+        Paths of each pixel in a call.
     bounces : int, 1..8
-        Surfaces that a path meets, mirrors not counted: 1 is the light that comes from lights straight away.
+        Maximum number of surfaces on a path, mirrors excluded: 1 is direct light alone.
     seed : int, 0..2**64 - 1
     apart : bool
-        Whether each path goes through a place of its own in its pixel, rather than through the centre. Pixels are then
-        means over all that they show, and need as many paths for it.
+        Whether each path starts at a different point of its pixel, not at the centre. Pixels are then area means, and
+        need enough paths to converge.
     """
 
     def __init__(
@@ -150,7 +150,7 @@ class LitTracer:
 def lighting(
     scene: Scene, lights: list[Light | Sky], *, ground: bool = False, bounces: int = BOUNCES
 ) -> _core.Lighting:
-    """The lights in the core, in a scene."""
+    """Return the core's lights of a scene."""
     sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
     top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
     environment = None if sky.image is None else _core.environment(sky.image)
@@ -185,7 +185,7 @@ def lit_tracer(
     paths: int = PATHS,
     seed: int = 0,
 ) -> LitTracer | None:
-    """The tracer of a scene's light: the one asked for, else the scene's own. None of the headlight."""
+    """Return the tracer of the requested light, or of the scene's light; None for the headlight."""
     scene = as_scene(scene)
     chosen = check_light(scene.light if light is None else light)
     stands = shows_shadows(scene, chosen, ground)
@@ -195,7 +195,7 @@ def lit_tracer(
 
 
 def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:
-    """Whether a scene stands on a ground: as asked for, else as the scene has it, else in the studio."""
+    """Return whether a scene has a ground: as requested, otherwise as the scene has it, otherwise in the studio."""
     light = scene.light if light is None else light
     asked = ground if ground is None else check_flag("ground", ground)
     if light is None or (isinstance(light, str) and light == HEADLIGHT):

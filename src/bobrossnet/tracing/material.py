@@ -1,4 +1,4 @@
-"""Materials: what a surface looks like under the headlight."""
+"""Materials: the reflection of light by surfaces."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ from bobrossnet.support.errors import InputError, check_number
 
 @dataclass(frozen=True, init=False)
 class Material:
-    """How a surface reflects light: after Blinn and Phong, or by metallicity and roughness, as glTF 2.0 has it
-    (CONVENTIONS.md has the formulas).
+    """Reflection of a surface, by Blinn-Phong or by glTF 2.0's metallic-roughness model.
+
+    CONVENTIONS.md has the formulas.
 
     Parameters
     ----------
     color : 3 numbers in 0..1, or str
-        Linear RGB; or sRGB as "#rrggbb" or "#rgb", which is converted to linear. A shape's own colours are
-        multiplied by it.
+        Linear RGB; or sRGB as "#rrggbb", "#rgb" or a CSS color name, which is converted to linear. A shape's own
+        colours are multiplied by it.
     ambient, diffuse, specular : float in 0..1
-        Of Blinn-Phong: how much there is of each term.
+        Blinn-Phong: weight of each term.
     shininess : float in 0..10000
-        Of Blinn-Phong: the exponent of the highlight.
+        Blinn-Phong: exponent of the highlight.
     metallic, roughness : float in 0..1, optional
-        Either of them chooses glTF's model; the other one is then 0, or 0.5. Metals reflect in their colour,
-        others are like plastic; the rougher, the wider the highlight.
+        Either of them selects glTF's model; the other defaults to 0, or 0.5 for roughness. Metals reflect in
+        their colour, dielectrics in white; rougher surfaces have wider highlights.
     emissive : like color
-        Light that the surface gives off, added to what it reflects.
+        Emitted light, added to the reflected light.
 
     Raises
     ------
     InputError
-        If a value is out of range or not a number, or there are values of both models.
+        If a value is out of range or not a number, or values of both models are mixed.
 
     Examples
     --------
@@ -50,7 +51,7 @@ class Material:
     specular: float
     shininess: float
     metallic: float | None
-    """None of Blinn-Phong."""
+    """Whether every Blinn-Phong parameter is omitted."""
     roughness: float | None
     emissive: tuple[float, float, float]
     """Linear RGB, 0..1."""
@@ -87,11 +88,11 @@ class Material:
 
     @property
     def is_white(self) -> bool:
-        """Whether what reflects is gray as light is."""
+        """Whether the reflected light is gray under white light."""
         return self.color == (1, 1, 1) and self.emissive == (0, 0, 0)
 
     def core(self) -> _core.Material:
-        """The material in the core."""
+        """Return the core's material."""
         fields = asdict(self)
         if self.roughness is None:
             fields |= {"metallic": 0, "roughness": -1}

@@ -1,4 +1,4 @@
-"""All pixels of a picture, in the order in which they are traced fastest."""
+"""All pixels of a picture, in the order that is fastest to trace."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bobrossnet.picture.order import Size
 
 
 def tiled_pixels(size: Size) -> NDArray[np.int32]:
-    """All pixels, (H * W, 2) int32, in 8x8 tiles: successive neighbours visit the same parts of a BVH."""
+    """Return all pixels, (H * W, 2) int32, in 8x8 tiles: successive rays visit the same parts of a BVH."""
     height, width = size
     inside = np.arange(8, dtype=np.int32)
     rows = np.arange(0, height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]

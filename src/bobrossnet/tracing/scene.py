@@ -1,10 +1,10 @@
-"""Scenes: what a camera looks at."""
+"""Scenes: instances of shapes and their bounding sphere."""
 
 from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -29,51 +29,53 @@ from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import LightLike, check_light
 
 MAX_INSTANCES = 100_000
-"""In a scene: as many as a file can hold and a page read, and as are placed in seconds."""
+"""Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
 
 
 class Hits(NamedTuple):
-    """Where n rays meet a scene."""
+    """Intersections of n rays with a scene."""
 
     distance: NDArray[np.float64]
-    """(n,) from the origin, in the scene's units; inf where there is no hit."""
+    """(n,) distance from the origin, in the scene's units; inf for a miss."""
     instance: NDArray[np.int32]
-    """(n,) whose surface it is, an index into `Scene.instances`; -1 where there is no hit."""
+    """(n,) index into `Scene.instances`; -1 for a miss."""
     primitive: NDArray[np.int32]
-    """(n,) which part of the shape: a mesh's triangle, a brep's face; -1 where there is no hit."""
+    """(n,) primitive of the shape, such as a mesh's triangle or a brep's face; -1 for a miss."""
     u: NDArray[np.float64]
-    """(n,) where on the primitive, with v: the parameters of a face; that of a tube, and 0; the barycentric weights of
-    a triangle's first and second corner. 0 where there is no hit."""
+    """(n,) parametric position on the primitive, together with v; 0 for a miss.
+
+    Parameters of a face; the parameter of a tube, and 0; barycentric weights of a triangle's first and second corner.
+    """
     v: NDArray[np.float64]
 
 
 class Scene:
-    """Shapes in one space, each with its placement and material, and the bounding sphere that cameras orbit.
+    """Shapes in one space, with their placements and materials, and the bounding sphere that cameras orbit.
 
-    The sphere's centre is that of the axis-aligned bounding box; it reaches to the farthest point of a shape. Pictures
-    do not depend on the order of the shapes, not even where surfaces coincide.
+    The sphere is centred on the axis-aligned bounding box and reaches to the farthest point of a shape. Pictures do
+    not depend on the order of the shapes, even where surfaces coincide.
 
     Parameters
     ----------
-    shapes : Shape, Instance, Scene, or an iterable of these
-        A bare shape is placed by its own coordinates, in white.
+    shapes : Shape, Instance, Scene, path, mesh of trimesh, or an iterable of these
+        A bare shape is placed by its own coordinates, in white. Paths are read by `load`.
     light : str, path, Light, Sky or several, optional
-        As in `render`: what lights it unless another light is asked for. Scene files don't hold it.
+        As in `render`: the default light of its pictures. Scene files do not store it.
     ground : bool, optional
-        Likewise.
+        As in `render`, likewise.
 
     Attributes
     ----------
     instances : tuple of Instance
     light, ground
-        As they were given; of environments what they hold.
+        As given; environments are loaded.
     center : (3,) float64
     radius : float, above 0
 
     Raises
     ------
     InputError
-        If there is no shape, if there are more than `MAX_INSTANCES`, or if all of it lies in one point.
+        If there are no shapes, more than `MAX_INSTANCES`, or a scene of no extent.
     """
 
     def __init__(self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None) -> None:
@@ -98,18 +100,17 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made_again, (self.instances, self.light, self.ground)  # what is in the core can't be copied
+        return _made_again, (self.instances, self.light, self.ground)  # the core's objects can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
 
     def describe(self) -> str:
-        """What is in it, in a few words."""
+        """Return a short description of the contents."""
         return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in self.counts().items())
 
     def counts(self) -> dict[str, int]:
-        """How many shapes there are, and of what they are made, such as triangles; what stands in several places counts
-        in each."""
+        """Return the number of shapes and of their primitives, such as triangles; each instance adds its own."""
         counts = Counter({"shape": len(self.instances)})
         for instance in self.instances:
             counts.update(instance.shape.counts())
@@ -117,34 +118,37 @@ class Scene:
 
     @property
     def is_colored(self) -> bool:
-        """Whether any surface is not white, so that pictures have colours."""
+        """Whether any surface is not white; pictures then have colours."""
         return any(not i.material.is_white or i.shape.is_colored for i in self.instances)
 
     @property
     def boxes(self) -> NDArray[np.float64]:
-        """(n, 2, 3): the lowest and highest coordinates of each instance."""
+        """(n, 2, 3): the minimum and maximum coordinates of each instance."""
         return self._arrangement.boxes
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be distinguished from a surface: the sum of
-        `unresolved_rays` over all shapes, in any scene in which they were traced."""
+        """Number of rays so far that passed places indistinguishable from a surface.
+
+        The sum of `unresolved_rays` over all shapes, in any scene in which they were traced.
+        """
         shapes = {id(i.shape): i.shape for i in self.instances}
         return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
-        """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
+        """Return the scene rotated from y up, the habit of games and films, to z up."""
         instances = (instance.transformed(UPRIGHT) for instance in self.instances)
         return Scene(instances, light=self.light, ground=self.ground)
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not
-        white, vertices and triangles have the colours of shapes and materials, without those of textures.
+        """Return all shapes as one mesh, in their places, without normals. Overlaps are kept.
+
+        If any surface is not white, vertices and triangles have the colours of shapes and materials, without textures.
 
         Parameters
         ----------
         step : number above 0, optional
-            As of `Shape.mesh`, in the scene's units; by default each shape's own.
+            As in `Shape.mesh`, in the scene's units; by default each shape's default.
         """
         vertices, triangles, colors, face_colors, count = [], [], [], [], 0
         meshes: dict[tuple[int, float | None], Shape] = {}
@@ -175,34 +179,36 @@ class Scene:
 
     @lazy
     def core(self) -> _core.Scene:
-        """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
-        first is seen, in the canonical order: by digests of what the instances are."""
+        """The core's scene, in the unit sphere, built at first use.
+
+        Of coincident surfaces the first in canonical order, by the instances' digests, is visible.
+        """
         several = len(self.instances) > 1
         return self._arrangement.scene([instance.shape.digest for instance in self.instances] if several else [])
 
     def closest_hits(self, origins: Any, directions: Any) -> Hits:
-        """Cast rays of any origin and direction.
+        """Intersect rays of any origin and direction with the scene.
 
         Parameters
         ----------
         origins, directions : (n, 3) numbers, finite
-            In the scene's units; directions of any length but zero.
+            In the scene's units; directions of any nonzero length.
 
         Returns
         -------
         Hits
-            Of the first surface in front of each origin.
+            The first surface in front of each origin.
         """
         origins = check_finite("origins", check_array("origins", origins, (None, 3)))
         directions = check_finite("directions", check_array("directions", directions, (len(origins), 3)))
         largest = np.abs(directions).max(axis=1, keepdims=True)
         if not largest.all():
             raise InputError("directions: expected lengths above 0, got a direction of length 0")
-        # Squares of huge and tiny numbers would be infinite or 0; a power of two changes no other length's digits.
+        # Squares of huge or tiny numbers would overflow or underflow; scaling by a power of two is exact.
         direction = np.ldexp(directions, -np.frexp(largest)[1])
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
         origin = (origins - self.center) / self.radius
-        # The core wants origins near the unit sphere: rays from afar start where they enter a sphere a little larger.
+        # The core needs origins near the unit sphere: rays from afar start at a slightly larger sphere.
         along = (origin * direction).sum(axis=1)
         start = -along - np.sqrt(np.maximum(along**2 - (origin**2).sum(axis=1) + 1.01, 0))
         start = np.maximum(start, 0)
@@ -218,12 +224,15 @@ def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool 
     return Scene(instances, light=light, ground=ground)
 
 
-SceneLike: TypeAlias = Scene | Instance | Shape | Iterable[Any]
+SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
+
+READERS: list[Callable[[Any], SceneLike | None]] = []
+"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""
 """A scene, an instance, a shape, or an iterable of these."""
 
 
 def as_scene(scene: SceneLike) -> Scene:
-    """A Scene from a scene, a shape or several shapes."""
+    """Return a Scene of a scene, a shape or several shapes."""
     return scene if isinstance(scene, Scene) else Scene(scene)
 
 
@@ -234,13 +243,10 @@ def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
         yield Instance(shapes)
     elif isinstance(shapes, Scene):
         yield from shapes.instances
-    elif isinstance(shapes, Iterable) and not isinstance(shapes, str | bytes | os.PathLike):
+    elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
+        yield from _instances(read)
+    elif isinstance(shapes, Iterable):
         for shape in each_of("shapes", shapes, "a shape or several"):
             yield from _instances(shape, " among them")
     else:
-        hint = ""
-        if isinstance(shapes, str | os.PathLike):
-            hint = "; bobrossnet.load reads files"
-        elif hasattr(shapes, "vertices") and hasattr(shapes, "faces"):
-            hint = "; bobrossnet.Mesh(mesh.vertices, mesh.faces) makes one"
-        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}{hint}")
+        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")

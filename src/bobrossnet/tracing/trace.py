@@ -1,4 +1,4 @@
-"""Tracing: from pixels to a G-buffer."""
+"""Tracing of pixels to a G-buffer."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from bobrossnet.tracing.lit import LIT, LitTracer, lit_tracer
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
-"""From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
+"""Maps pixels, (n, 2) int32 rows and columns, to the samples of one ray through each pixel's centre."""
 
 BATCH = 2**17
-"""Pixels handed to the tracer at once: a few hundredths of a second of work, and a few MB."""
+"""Pixels of one call of the tracer: a few hundredths of a second, and a few MB."""
 
 LIT_BATCH = 2**12
-"""The same of pixels with light."""
+"""Pixels of one call of the light tracer."""
 
 
 class SceneTracer:
-    """The core's ray tracer as a `Tracer`: a scene, seen by a camera, at an image size.
+    """The core's ray tracer as a `Tracer`, for a scene, a camera and an image size.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class SceneTracer:
     camera : Camera
     size : (height, width) or "WIDTHxHEIGHT"
     layout : Layout, optional
-        What it finds; by default colours where the scene has any.
+        Channels of the samples; by default with colours if the scene has any.
     division : int above 0
-        Each pixel is that many times as many pixels of the tracer, both down and across.
+        Subpixels of the tracer along each side of a pixel.
     """
 
     def __init__(
@@ -62,10 +62,10 @@ class SceneTracer:
         self._core = self.scene.core
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return SceneTracer, (self.scene, self.camera, self.size, self.layout)  # what is in the core can't be copied
+        return SceneTracer, (self.scene, self.camera, self.size, self.layout)  # the core's objects can't be copied
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        """What one ray through the centre of each pixel finds.
+        """Trace one ray through the centre of each pixel.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class SceneTracer:
         Raises
         ------
         InputError
-            If they are something else.
+            If the pixels have another type, shape or range.
         """
         pixels = check_pixels(pixels)
         values = np.empty((len(pixels), self.layout.width), np.float32)
@@ -85,13 +85,13 @@ class SceneTracer:
         return Samples.from_values(values, self.layout)
 
     def picture(self, order: str, seed: int = 0, layout: Layout | None = None) -> _core.PictureTracing:
-        """The core's own loop over the pixels of an order."""
+        """Return the core's loop over the pixels of an order."""
         return _core.PictureTracing(
             self._core, self.camera_in_core, *self.size, (layout or self.layout).core, order, seed
         )
 
     def guides(self) -> Guides:
-        """What `Guides` are of all pixels: the first surfaces, without their light."""
+        """Return the first hits at all pixels, unlit, as `Guides`."""
         layout = Layout("mask,depth,normal,albedo,alpha")
         planes = untraced_planes(self.size, layout)
         self.picture("tiles", layout=layout).trace(planes[0].size, planes)
@@ -118,30 +118,30 @@ def trace(
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-    size : (height, width), as arrays have it, or "WIDTHxHEIGHT", as people say it
+    size : (height, width) or "WIDTHxHEIGHT"
         (480, 640) and "640x480" are the same.
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "lattice", "adaptive", "squares", "priority" or "default"
-        Which pixels. Three go where they are needed, along silhouettes and creases. "adaptive", the default, chooses
-        pixel by pixel, in rounds, 8 to 5 % and 16 to 25 % of the pixels. "priority" begins with every 16th pixel of
-        every 16th row and divides the squares between these whose pixels differ, those of the largest difference times
-        area first: as many pixels show less, but are there sooner. "squares" begins with every 8th and divides those
-        that differ most. With the others they are the first ones of `pixel_order(size, order=order, seed=seed)`.
+        Order of the pixels. Three orders refine silhouettes and creases. "adaptive", the default, chooses pixel by
+        pixel, in rounds: 8 up to 5 % of the pixels, 16 up to 25 %. "priority" starts with every 16th pixel of every
+        16th row and subdivides squares of unequal pixels, by decreasing difference times area: less detail for the
+        same number of pixels, but sooner. "squares" starts with every 8th and subdivides the most different squares.
+        The other orders take the first pixels of `pixel_order(size, order=order, seed=seed)`.
     seed : int, 0..2**64 - 1
     guides : bool
-        Find the first surface at all pixels as well, which `complete` then follows. For materials whose light takes
-        longer than rays; the core's own do not.
+        Also find the first surface at all pixels, for `complete` to follow. It pays where shading takes longer than
+        rays, unlike the core's materials.
     light, ground
-        As in `render`. Under anything but the headlight a pixel's color is the mean of 16 paths of light, gray its
-        luminance, both of any range, with a variance; the G-buffer has guides, and of a ground its `shadow`.
+        As in `render`. Except under the headlight, a pixel's color is the mean of 16 light paths, gray its luminance,
+        both unbounded, with a variance; the G-buffer has guides and, with a ground, its `shadow`.
     progress : callable, optional
-        Called now and then with the share of the work done, 0..1.
+        Called from time to time with the share of the work done, 0..1.
 
     Returns
     -------
     GBuffer
-        A function of the arguments alone, whatever the number of threads.
+        Depends on the arguments alone, not on the number of threads.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def trace(
     tracer = SceneTracer(scene, camera, size)
     planes = untraced_planes(tracer.size, tracer.layout)
     if count == planes[0].size:
-        order = "tiles"  # neighbours one after the other visit the same parts of a BVH
+        order = "tiles"  # successive rays visit the same parts of a BVH
     picture = tracer.picture(order, seed)
     while picture.done < count:
         picture.trace(count if progress is None else min(picture.done + BATCH, count), planes)
@@ -179,9 +179,9 @@ def trace(
 def traced_light(
     tracer: LitTracer, fraction: float, order: str, seed: int, progress: Callable[[float], None] | None
 ) -> GBuffer:
-    """The G-buffer of a share of the pixels, each traced once, with guides of all.
+    """Trace a share of the pixels, each once, to a G-buffer with guides at all pixels.
 
-    Those that show nothing cost nothing: the share is of the others, as far as the guides tell them apart.
+    Background pixels are free: the share counts only pixels where the guides hit a surface or the ground.
     """
     guides, planes = tracer.guides(), untraced_planes(tracer.size, LIT)
     shows = guides.hit > 0 if guides.ground is None else (guides.hit > 0) | (guides.ground.hit > 0)
@@ -194,7 +194,7 @@ def traced_light(
         shown = GBuffer.from_stack(planes.view(), LIT, guides, is_display_referred=False)
         shown = shown_to_orders(shown) if sequence.looks else shown
         wanted = min(LIT_BATCH, count - done, planes[0].size - sequence.done)
-        if wanted == 0:  # only what shows nothing is left
+        if wanted == 0:  # only background is left
             break
         pixels = sequence.next(wanted, shown.planes, shown.layout)
         scatter(tracer(pixels), pixels, planes, LIT)
@@ -205,7 +205,9 @@ def traced_light(
 
 
 def check_samples(samples: Any, count: int) -> Samples:
-    """Return what a user's tracer returned, if it is `count` samples."""
+    """Return what a user's tracer returned, if it is `count` samples; an array is gray or colour."""
+    if isinstance(samples, np.ndarray):
+        samples = Samples(samples) if samples.ndim == 1 else Samples(color=samples)
     if not isinstance(samples, Samples):
         raise InputTypeError(f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}")
     if len(samples) != count:

@@ -1,11 +1,11 @@
 // @ts-check
 /**
- * 3x3 convolutions with zero padding: the arithmetic of every network here.
+ * 3x3 convolutions with zero padding, shared by all networks.
  *
- * An invocation computes 2x2 pixels of several output channels, all in registers: so each weight that it reads counts
- * for four pixels, each input for all these channels, and pooling and enlarging need no further pass. Neighbours read
- * the same inputs at the same time, for which caches suffice: with a tile in the workgroup's memory, between barriers,
- * a software GPU takes three times as long to compile the kernel and six times to run it.
+ * An invocation computes 2x2 pixels of several output channels in registers. Each weight is used for four pixels, each
+ * input for all these channels, and pooling and enlarging need no further pass. Neighbours read the same inputs at the
+ * same time, so caches suffice: with a tile in workgroup memory, between barriers, a software GPU takes three times as
+ * long to compile the kernel and six times to run it.
  *
  * @typedef {import("../weights.js").Weights} Weights
  * @typedef {import("./plan.js").Plan} Plan
@@ -14,8 +14,8 @@
 import { GPUBufferUsage } from "./flags.js";
 import { declarations } from "./kernel.js";
 
-const THREADS = 8; // a workgroup has 8 x 8 invocations
-const MOST_OUTPUTS = 8; // of an invocation: 32 sums, which leaves registers for the inputs
+const THREADS = 8; // 8 x 8 invocations per workgroup
+const MOST_OUTPUTS = 8; // per invocation: 32 sums, which leaves registers for the inputs
 
 /** How a channel's 2x2 pixels are written; `value` has them row by row. @enum {string} */
 export const Then = {
@@ -36,21 +36,21 @@ export const Then = {
     }`,
 };
 
-/** A convolution's weights, as PyTorch's Conv2d has them, rearranged for the kernel. */
+/** A convolution's weights, as in PyTorch's Conv2d, rearranged for the kernel. */
 export class Conv3x3 {
   /**
    * @param {GPUDevice} device
    * @param {Weights} weights
    * @param {string} name
    * @param {number} inputs channels
-   * @param {number} [outputs] by default as many as the weights have
+   * @param {number} [outputs] by default those of the weights
    */
   constructor(device, { tensors }, name, inputs, outputs) {
     const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
     if (!weight || !bias) throw new Error(`${name}: expected a weight and a bias among the weights, not found`);
     this.in = inputs;
     this.out = outputs ?? weight.shape[0];
-    /** Input channels of an output channel. */
+    /** Input channels per output channel. */
     this.inputs = weight.shape[1];
     this.groups = inputs / this.inputs;
     if (weight.shape.join() !== [this.out, this.inputs, 3, 3].join() || !Number.isInteger(this.groups)
@@ -67,10 +67,10 @@ export class Conv3x3 {
   }
 
   /**
-   * Convolves `from`; output channel c is written to the channel `position` of `to`.
+   * Convolves `from`; output channel c is written to channel `position` of `to`.
    *
    * @param {Plan} plan
-   * @param {Image} from at least as many channels as the convolution has inputs
+   * @param {Image} from has at least the convolution's input channels
    * @param {Image} to
    * @param {string} then of `Then`
    * @param {string} [position] in WGSL, of `convolved`, which is c
@@ -87,7 +87,7 @@ export class Conv3x3 {
   /**
    * @param {Float32Array} weight (out, inputs, 3, 3)
    * @param {Float32Array} bias (out,)
-   * @returns {Float32Array} for each block of outputs its biases, and of each input the nine taps, (9, block); both
+   * @returns {Float32Array} for each block of outputs its biases, then the nine taps of each input, (9, block); both
    *   padded to a multiple of four
    */
   #pack(weight, bias) {
@@ -107,16 +107,16 @@ export class Conv3x3 {
   }
 }
 
-/** Numbers in memory of a block of outputs: its biases, and its taps for one input. @param {number} block */
+/** Numbers per block of outputs: its biases, and its taps for one input. @param {number} block */
 const sizesOf = (block) => ({ bias: Math.ceil(block / 4) * 4, taps: Math.ceil(9 * block / 4) * 4 });
 
 /** @param {number} count @param {(i: number) => string} line */
 const each = (count, line) => Array.from({ length: count }, (_, i) => line(i)).join("");
 
-/** The kernel's text. @param {number} block outputs of an invocation @param {string} then @param {string} position */
+/** The kernel's source. @param {number} block outputs per invocation @param {string} then @param {string} position */
 function source(block, then, position) {
   const sizes = sizesOf(block), component = (/** @type {number} */ i) => "xyzw"[i % 4];
-  const tap = (/** @type {number} */ i) => { // the inputs that tap i meets, for the 2x2 pixels
+  const tap = (/** @type {number} */ i) => { // the inputs of tap i for the 2x2 pixels
     const row = Math.floor(i / 3), columns = ["xy", "yz", "zw"][i % 3];
     return `vec4f(input${row}.${columns}, input${row + 1}.${columns})`;
   };

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * WebGPU's flags, which TypeScript's own types leave out; undefined where there is no WebGPU.
+ * WebGPU's flags, missing from TypeScript's types; undefined without WebGPU.
  *
  * @typedef {Record<"COPY_DST" | "COPY_SRC" | "MAP_READ" | "STORAGE" | "UNIFORM", number>} BufferUsage
  */

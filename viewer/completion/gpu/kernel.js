@@ -1,20 +1,20 @@
 // @ts-check
 /**
- * Kernels in WGSL, in which images are read and written by channel, row and column.
+ * Kernels in WGSL that read and write images by channel, row and column.
  *
  * @typedef {object} Kernel
- * @property {string} source the whole shader, by which pipelines are found again
- * @property {string[]} images their names, in the order of their bindings, which follow that of the settings
- * @property {string[]} numbers names of the numbers among the settings
+ * @property {string} source the whole shader, the key of its pipeline
+ * @property {string[]} images their names, in the order of their bindings, after the settings
+ * @property {string[]} numbers names of numbers in the settings
  * @property {string} over the image whose pixels the invocations share
  * @property {number} tile rows and columns of it for each workgroup
- * @property {number} depth workgroups for each tile
+ * @property {number} depth workgroups per tile
  */
 
 /**
- * The settings' declaration, and functions of each image NAME:
- *   NAME_at(channel, y, x), 0 outside of the image; NAME_near(y, x), the first channel with its edges repeated;
- *   if it is written, NAME_put(channel, y, x, value), which does nothing outside.
+ * Declares the settings, and functions for each image NAME: NAME_at(channel, y, x), 0 outside the image; NAME_near(y,
+ * x), the first channel with its edges repeated; for written images, NAME_put(channel, y, x, value), without effect
+ * outside.
  *
  * @param {string[]} read
  * @param {string[]} written
@@ -55,7 +55,7 @@ ${functions.join("")}${puts.join("")}
 }
 
 /**
- * A kernel of one invocation for each pixel (y, x) of the first image that it writes, in each of so many channels.
+ * A kernel with one invocation per pixel (y, x) of the first image that it writes, and per channel.
  *
  * @param {{
  *   read: string[], write: string[], numbers?: string[], channels?: number, functions?: string, body: string

@@ -2,13 +2,13 @@
 /**
  * The report's network: a U-Net of six 3x3 convolutions.
  *
- * Its siblings are learn/networks/paper.py and core/completion/paper.cpp, step for step.
+ * The same, step for step, as learn/networks/paper.py and core/completion/paper.cpp.
  */
 import { widthOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
-/** The inputs, padded to the size of the images. @param {number} channels */
+/** Pads the inputs to the size of the images. @param {number} channels */
 const pad = (channels) => kernel({
   read: ["pixels"], write: ["padded"], channels,
   body: "  padded_put(channel, y, x, pixels_at(channel, y, x));",
@@ -24,7 +24,7 @@ export function paper(layer, weights) {
   const decode2 = layer("decode2", 20 + 5, 5);
   const output = layer("output", 5 + inputs, 1);
 
-  // As ShuffleNet: every group of the next layer sees channels of all groups of this one.
+  // As in ShuffleNet: every group of the next layer sees channels of all groups.
   const groups = encode2.groups, size = 80 / groups;
   const shuffled = `convolved % ${size} * ${groups} + convolved / ${size}`;
 

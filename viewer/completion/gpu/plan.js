@@ -11,8 +11,8 @@ import { GPUBufferUsage } from "./flags.js";
 export class Image {
   /**
    * @param {GPUBuffer} buffer
-   * @param {{channels: number, height: number, width: number, first?: number}} size first: the channel of the buffer
-   *   that is channel 0 here
+   * @param {{channels: number, height: number, width: number, first?: number}} size first: the buffer's channel that is
+   *   channel 0 here
    */
   constructor(buffer, { channels, height, width, first = 0 }) {
     this.buffer = buffer;
@@ -42,12 +42,12 @@ export class Plan {
   }
 
   /**
-   * Zeros.
+   * An image of zeros, or of `value`.
    *
    * @param {number} channels
    * @param {number} height
    * @param {number} width
-   * @param {number} [value] in the place of zeros
+   * @param {number} [value] replaces zero
    */
   image(channels, height, width, value = 0) {
     const size = 4 * channels * height * width, most = this.device.limits.maxStorageBufferBindingSize;
@@ -63,7 +63,7 @@ export class Plan {
     return new Image(buffer, { channels, height, width });
   }
 
-  /** A buffer that results are copied to and read from. @param {number} size in bytes */
+  /** A buffer for reading back results. @param {number} size in bytes */
   readback(size) {
     return this.#buffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
   }
@@ -72,7 +72,7 @@ export class Plan {
    * Records a step.
    *
    * @param {Kernel} kernel
-   * @param {Record<string, Image>} images by their names in the kernel; none is both read and written
+   * @param {Record<string, Image>} images by their names in the kernel; each is either read or written
    * @param {{numbers?: Record<string, number>, weights?: GPUBuffer}} [more] weights: the last binding
    */
   step(kernel, images, { numbers = {}, weights } = {}) {
@@ -99,7 +99,7 @@ export class Plan {
     })));
   }
 
-  /** What runs all steps, once their pipelines are ready. @returns {Promise<(encoder: GPUCommandEncoder) => void>} */
+  /** A function that runs all steps, once their pipelines are ready. @returns {Promise<(encoder: GPUCommandEncoder) => void>} */
   async finished() {
     const steps = await Promise.all(this.#recorded);
     return (encoder) => {

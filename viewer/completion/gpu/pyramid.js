@@ -2,7 +2,7 @@
 /**
  * The default network: a pyramid of means over the traced pixels, completed from coarse to fine.
  *
- * Its siblings are learn/networks/pyramid.py and core/completion/pyramid.cpp, step for step.
+ * The same, step for step, as learn/networks/pyramid.py and core/completion/pyramid.cpp.
  */
 import { placeOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
@@ -10,21 +10,22 @@ import { kernel } from "./kernel.js";
 
 const SOFTNESS = 0.05;
 
-/** The channels that it is made for. */
+/** The input channels. */
 const INPUTS = ["mask", "gray", "depth", "normal"];
 const MASK = placeOf(INPUTS, "mask"), GRAY = placeOf(INPUTS, "gray");
 
-// Channels of a level's inputs: gray, and what is known; what the coarser level hands on follows.
+// Channels of a level's inputs: gray and the features of traced pixels. Channels from the coarser level follow.
 const KNOWN = 8;
-// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise: the 2x2 pixels of each block.
+// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise. Phases are the 2x2 pixels of
+// each block.
 const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
-// Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how
-// far to the right of the block's centre and below it they are.
+// Of a level's sums over the traced pixels of a block: number, gray, depth, normal x and normal y, and offsets from the
+// block's centre, right and down.
 const SUMS = ["count", "gray", "depth", "normal_x", "normal_y", "right", "down"];
 const PLACES = SUMS.map((name, i) => `const ${name} = ${i};\n`).join("");
 
-/** A level's sums from those of the finer one, or from the G-buffer, whose right and down, which it lacks, count as 0. */
+/** Sums of a level from the finer one, or from the G-buffer, which lacks right and down: they are 0. */
 const pull = kernel({
   read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: SUMS.length,
   functions: `${PLACES}
@@ -42,7 +43,7 @@ fn total(p: vec4f) -> f32 { return (p.x + p.y) + (p.z + p.w); }
   sums_put(channel, y, x, total(block(channel, y, x)) + settings.quarter * shift);`,
 });
 
-/** Pixel (y, x) of the doubled picture `coarse`. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour. */
+/** Pixel (y, x) of the doubled picture `coarse`, with weights 3/4 for a pixel and 1/4 for the nearer neighbour. */
 const DOUBLED = `
 fn doubled(y: i32, x: i32) -> f32 {
   let here = vec2i(y, x) / 2;
@@ -54,8 +55,8 @@ fn doubled(y: i32, x: i32) -> f32 {
 `;
 
 /**
- * What is known of a level's blocks: the gray so far, which is the coarser level's picture doubled and corrected by the
- * channel that follows the known ones; where there is a surface; and what `written` says.
+ * Inputs of a level's blocks: the gray so far (the coarser picture, doubled, plus the correction channel after the
+ * known ones), the surface mask, and the features from `written`.
  */
 const know = (/** @type {number} */ known, /** @type {string} */ written) => kernel({
   read: ["sums", "coarse", "coarse_surface"], write: ["inputs", "corrected", "surface"], numbers: ["side"],
@@ -96,7 +97,7 @@ const knowFinest = know(KNOWN_FINEST, `
   inputs_put(1, y, x, sums_at(normal_x, y, x) * per_pixel);
   inputs_put(2, y, x, sums_at(normal_y, y, x) * per_pixel);`);
 
-/** The phases of the mask, and of what the gray of traced pixels is more than the doubled picture. */
+/** The phases of the mask, and of the traced gray minus the doubled picture. */
 const compare = kernel({
   read: ["coarse", "pixels"], write: ["inputs"], functions: DOUBLED,
   body: `
@@ -109,7 +110,7 @@ const compare = kernel({
   }`,
 });
 
-/** The network's output: what is known nearby, and the correction, added to the doubled picture. */
+/** The network's output: the doubled picture plus the interpolated surprise nearby and the correction. */
 const finish = kernel({
   read: ["coarse", "inputs", "correction", "surface"], write: ["result"],
   functions: `${DOUBLED}
@@ -157,13 +158,13 @@ export function pyramid(layer, weights) {
     }
 
     const inputs = layers.map(({ features }, level) => plan.image(features.in, sums[level].height, sums[level].width));
-    const correction = plan.image(1, gbuffer.height, gbuffer.width); // finer, of level 1
+    const correction = plan.image(1, gbuffer.height, gbuffer.width); // to the pixels, of level 1
     let coarse = plan.image(1, 1, 1), surface = plan.image(1, 1, 1, 1); // of a level coarser than all
     for (let level = count; level >= 1; --level) {
       const { height, width } = sums[level], layer = layers[level];
       const features = plan.image(layer.features.out, height, width);
       const corrected = plan.image(1, height, width); // gray + surprise
-      const present = plan.image(1, height, width); // 0 where there is no surface for sure
+      const present = plan.image(1, height, width); // 0 where there is certainly no surface
       plan.step(level > 1 ? knowLevel : knowFinest, {
         sums: sums[level], coarse, coarse_surface: surface, inputs: inputs[level], corrected, surface: present,
       }, { numbers: { side: 2 ** level } });

@@ -1,4 +1,4 @@
-"""The data set: views of many shapes on disk, and the samples that are made of them when they are read."""
+"""The data set: stored views of many shapes, and the training samples cut from them."""
 
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset

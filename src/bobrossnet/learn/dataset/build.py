@@ -1,7 +1,7 @@
-"""Building a data set: its views are rendered on a Dask cluster, this machine by default, and stored as they come.
+"""Building of a data set: views are rendered on a Dask cluster, by default this machine, and stored as they finish.
 
-A view is a function of the plan and its source, and one file, which is complete or absent, or fails its checksum. So an
-interrupted build resumes with the views that are missing or damaged, and ends with the same bytes.
+A view is a function of the plan and its source, and one file, either valid or absent or with a wrong checksum. So an
+interrupted build resumes with the missing or damaged views, and ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.progress import progress
 
-SOURCE = re.compile("(made|colored) ([0-9]+)")  # of what the package makes itself; every other is a file's path
-MADE = "made "  # a source's first word, before the seed of `procedural_scene`
-COLORED = "colored "  # the same of `colored_scene`
-SEEDS = 1_000_000  # to a data set's seed, so that two share no shape
+SOURCE = re.compile("(made|colored) ([0-9]+)")  # of procedural shapes; any other source is a file's path
+MADE = "made "  # prefix of a source, before the seed of `procedural_scene`
+COLORED = "colored "  # likewise for `colored_scene`
+SEEDS = 1_000_000  # factor of a data set's seed, so that two data sets share no shape
 
 
 def build(
@@ -41,23 +41,23 @@ def build(
     colored: bool = False,
     scheduler: str | None = None,
 ) -> Dataset:
-    """Render a data set, or what is missing of it.
+    """Render a data set, or its missing views.
 
     Parameters
     ----------
     path : folder of the data set
-        New, empty, or of a build with the same arguments that was stopped.
-    shapes : how many shapes the package makes itself, optional
-        By default 479, and none if there are files.
+        New, empty, or of an interrupted build with the same arguments.
+    shapes : number of procedural shapes, optional
+        By default 479, or 0 if there are files.
     files : shape files, or folders of them, optional
-        Each that can be loaded is a shape.
+        Each loadable file is a shape.
     seed : of shapes, cameras, splits and masks
-    test_shapes : how many of the shapes are set aside for testing
-    colored : with colours and textures on three quarters of the shapes that the package makes itself, and half of the
-        views in perspective
+    test_shapes : number of shapes held out for testing
+    colored : whether three quarters of the procedural shapes have colours and textures, and half of the views
+        perspective
     scheduler : address of a Dask scheduler, optional
-        Its workers have this package, and see the files where this machine does. By default this machine
-        renders, with a thread for each core.
+        Its workers need this package and the files at the same paths. By default this machine renders, with a thread
+        for each core.
 
     Returns
     -------
@@ -66,12 +66,12 @@ def build(
     Raises
     ------
     InputError
-        If an argument can't be used, the folder holds something else, or the scheduler can't be reached.
+        If an argument is invalid, the folder has other contents, or the scheduler can't be reached.
 
     Warns
     -----
     InputWarning
-        If a file is left out because it can't be loaded, or a view is rendered again because it is damaged.
+        If a file is omitted because it can't be loaded, or a damaged view is rendered again.
     """
     if shapes is None:
         shapes = 0 if files else SHAPES
@@ -101,12 +101,12 @@ def views_of(scene: bob.Scene, plan: Plan, shape: int) -> list[NDArray[np.float1
 
 
 def scene_of(source: str) -> bob.Scene:
-    """Return what a data set's views show, of one of its `sources`.
+    """Return the scene of one of a data set's `sources`.
 
     Raises
     ------
     InputError
-        If it is a file that can't be loaded.
+        If the file can't be loaded.
     """
     made = SOURCE.fullmatch(source)
     if made is None:
@@ -115,7 +115,7 @@ def scene_of(source: str) -> bob.Scene:
 
 
 def _is_whole(dataset: Dataset, shape: int, size: int) -> bool:
-    """Tell whether a view is there; warn if it is, but damaged."""
+    """Return whether a view exists and is valid; warn if it is damaged."""
     if not dataset.has(shape, size):
         return False
     try:
@@ -141,7 +141,7 @@ def _error_of_file(file: str) -> str | None:
 def _as_done(
     client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], what: str
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the index and the result of each call as it is done, in any order, and report it."""
+    """Yield the index and the result of each call as it finishes, in any order, and report the progress."""
     with progress(what) as report:
         for count, (index, future) in enumerate(as_done(client, function, arguments), 1):
             yield index, future.result()

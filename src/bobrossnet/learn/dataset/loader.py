@@ -1,8 +1,8 @@
-"""Mini-batches of a data set, shuffled, from disk, any of them by its number.
+"""Shuffled mini-batches of a data set on disk, with random access by number.
 
-An epoch goes through the shapes in blocks: the patches of some shapes are read, and their samples are shuffled among
-each other. So a view is read once an epoch, instead of a patch at a time, at 4 milliseconds each; no more than two
-blocks are in memory; and a mini-batch is a function of (seed, epoch, step) alone.
+An epoch visits the shapes in blocks: a block's patches are read, and their samples shuffled. So each view is read once
+in an epoch, not once for each patch at 4 milliseconds each; at most two blocks are in memory; and a mini-batch is a
+function of (seed, epoch, step) alone.
 """
 
 from __future__ import annotations
@@ -25,31 +25,33 @@ from bobrossnet.picture.order import FIXED_ORDERS
 from bobrossnet.picture.sequence import places_in_sequence
 from bobrossnet.support.errors import InputError, check_integer
 
-BLOCK = 64  # shapes read at a time: 176 MB, and 88 of places in adaptive orders
-AHEAD = 4  # mini-batches made ahead by each worker
+BLOCK = 64  # shapes in a block: 176 MB, and 88 MB for the adaptive orders
+AHEAD = 4  # mini-batches prepared ahead by each worker
 
 
 class Fractions(NamedTuple):
-    """How shares of traced pixels are drawn: log-uniform between two, and 1 for some of the samples."""
+    """Distribution of the share of traced pixels: log-uniform, with 1 for some of the samples."""
 
     least: float
     most: float
-    whole: float = 0  # share of the samples that have all pixels traced
-    later: tuple[int, float] | None = None  # from this epoch on, counted from 0, at most so many
+    whole: float = 0  # share of the samples with every pixel traced
+    later: tuple[int, float] | None = None  # an epoch, counted from 0, and the maximum from then on
 
 
 DRAWS = ("each", "by-detail")
-"""How an epoch's samples are drawn: each of the split once, or as many, patches with more detail more often."""
+"""Draws of an epoch's samples: each of the split once, or the same number with detailed patches more often."""
 
-FLAT = 0.05  # how often a patch without any detail is drawn by detail, beside the mean patch
+FLAT = 0.05  # weight of a patch without detail in draws by detail, relative to the mean patch
 
 FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, later=(6, 0.3))}
-"""By name; "stages" has the shares of the samples' plan. What can be learned from many pixels is learned early, and
-stays."""
+"""Distributions by name; "stages" has the shares of the samples' plan.
+
+Whatever many pixels can teach is learned early, and is kept.
+"""
 
 
 class Batch(NamedTuple):
-    """A mini-batch: what the network sees and what it should answer.
+    """A mini-batch of inputs and targets of the network.
 
     Attributes
     ----------
@@ -68,7 +70,7 @@ class Batch(NamedTuple):
 
 
 class Batches:
-    """The mini-batches of one epoch; `batches[step]` is a function of the arguments alone.
+    """The mini-batches of an epoch; `batches[step]` is a function of the arguments alone.
 
     Parameters
     ----------
@@ -76,21 +78,21 @@ class Batches:
     split : "train", "validation" or "test"
     size : samples of a mini-batch; the last may have fewer
     seed : of the shuffle
-    epoch : which shuffle, and which masks
-    shuffle : without it, the samples come in the order of their numbers, with the masks of epoch 0
+    epoch : number of the epoch, which determines the shuffle and the masks
+    shuffle : if false, samples are in the order of their numbers, with the masks of epoch 0
     draw : one of `DRAWS`
-        By detail, most of the patches that show next to nothing are left out, and what comes up several times in an
-        epoch has another mask each time.
-    order : pixel order of the masks; of several, "lattice+uniform", each sample has one, in turn from epoch to epoch
+        By detail, most nearly uniform patches are omitted, and a sample repeated in an epoch has a different mask each
+        time.
+    order : pixel order of the masks; with several, "lattice+uniform", each sample alternates from epoch to epoch
     fractions : a name in `FRACTIONS`
-        The shares of the samples' plan, or shares drawn anew in each epoch.
-    rank, ranks : with several processes, which of how many this one is
+        The shares of the samples' plan, or new random shares in each epoch.
+    rank, ranks : index of this process, and number of processes
         It gets every `ranks`-th sample of each mini-batch.
 
     Raises
     ------
     InputError
-        If a name names nothing or a number is out of its range.
+        If a name is unknown or a number is out of range.
     """
 
     def __init__(
@@ -128,7 +130,7 @@ class Batches:
         of_block = self._block_of_shape[samples // (PATCHES * len(STAGES))]  # the block of each sample
         blocks = [samples[of_block == block] for block in range(-(-len(shapes) // BLOCK))]
         self.samples = np.concatenate([rng.permutation(block) if shuffle else block for block in blocks])
-        # A sample and its turn say which pixels are traced.
+        # The number and the turn of a sample determine its traced pixels.
         count = len(samples)
         self._turns = np.full(count, self.epoch) if draw == "each" else self.epoch * count + np.arange(count)
         self._lock = Lock()
@@ -156,7 +158,7 @@ class Batches:
         return Batch(partial, reference, numbers, fractions)
 
     def stream(self, first: int = 0, workers: int = 1) -> Iterator[Batch]:
-        """Yield the mini-batches from step `first` on, made ahead by `workers` threads; without any, when asked for."""
+        """Yield the mini-batches from step `first` on, prepared by `workers` threads, or on demand for 0."""
         if workers == 0:
             yield from (self[step] for step in range(first, len(self)))
             return
@@ -182,8 +184,11 @@ class Batches:
         return 1.0 if whole < drawn.whole else float(drawn.least * (most / drawn.least) ** place)
 
     def _mask(self, number: int, fraction: float, turn: int) -> NDArray[np.float32]:
-        """The traced pixels of a sample, (128, 128). An adaptive order goes through the whole view, as it would if that
-        was traced, so that a patch may have more pixels than its share, or fewer."""
+        """Return the traced pixels of a sample, (128, 128).
+
+        An adaptive order visits the whole view, as in actual tracing, so a patch may have more or fewer pixels than its
+        share.
+        """
         plan, order = self.dataset.plan, self.orders[(number + turn) % len(self.orders)]
         if order in FIXED_ORDERS:
             return plan.mask(number, fraction, turn=turn, order=order)
@@ -199,7 +204,7 @@ class Batches:
         return places_in_sequence(whole.planes, whole.layout, order, self.dataset.plan.seed)
 
     def _patch(self, number: int) -> NDArray[np.float16]:
-        """The patch of a sample, (4, 128, 128)."""
+        """Return the patch of a sample, (4, 128, 128)."""
         shape, patch = divmod(number // len(STAGES), PATCHES)
         return np.asarray(self._patches(shape)[patch])
 
@@ -213,8 +218,7 @@ class Batches:
 
 
 def drawn_by(weights: NDArray[np.float64], samples: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
-    """Draw as many samples as there are, with replacement: each comes up as often as its weight says, rounded up or
-    down."""
+    """Draw len(samples) samples with replacement; each occurs in proportion to its weight, rounded up or down."""
     ends = np.cumsum(weights + FLAT * weights.mean())
     places = (np.arange(len(samples)) + rng.random()) / len(samples) * ends[-1]
     drawn: NDArray[np.int64] = samples[np.minimum(np.searchsorted(ends, places), len(samples) - 1)]

@@ -1,8 +1,8 @@
-"""What a data set consists of: which samples there are, and which of them are for what. Nothing is rendered here.
+"""The plan of a data set: its samples and their splits. Nothing is rendered here.
 
-Each shape is seen in three views of 128², 256² and 512² pixels, each from its own direction. A view is
-cut into patches of 128², 1 + 4 + 16 of a shape, and a patch is a sample at each of five stages of a converging picture.
-Everything is a function of a seed and of counters, so that samples can be made in any order, anywhere, and again.
+Each shape has three views of 128², 256² and 512² pixels, each from a different direction. A view is cut into patches of
+128², 1 + 4 + 16 for each shape, and a patch gives a sample at each of five stages of convergence. Everything is a
+function of a seed and of counters, so that samples are reproducible in any order, anywhere.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from bobrossnet.support.errors import InputError, check_integer
 SHAPES = 479
 TEST_SHAPES = 10
 PATCH = 128  # pixels
-SIZES = (128, 256, 512)  # of the views
-STAGES = (0.01, 0.25, 0.5, 0.75, 1.0)  # shares of the pixels traced
-VALIDATION_SHARE = 0.1  # of the patches that are not for testing
+SIZES = (128, 256, 512)  # sizes of the views
+STAGES = (0.01, 0.25, 0.5, 0.75, 1.0)  # shares of traced pixels
+VALIDATION_SHARE = 0.1  # of the patches outside the test split
 SPLITS = ("train", "validation", "test")
 
-FOVS = (20.0, 70.0)  # degrees, of those views of a coloured data set that are in perspective: half of them
+FOVS = (20.0, 70.0)  # degrees, range in a coloured data set, where half of the views are in perspective
 
-PATCHES = sum((size // PATCH) ** 2 for size in SIZES)  # of a shape
+PATCHES = sum((size // PATCH) ** 2 for size in SIZES)  # patches of a shape
 _FIRST_PATCH = dict(zip(SIZES, np.cumsum([0, *((size // PATCH) ** 2 for size in SIZES)]).tolist(), strict=False))
 
 
 class Sample(NamedTuple):
-    """Where a sample comes from: a patch of a view, and the share of its pixels that is traced."""
+    """The origin of a sample: a patch of a view, and its share of traced pixels."""
 
     shape: int
-    size: int  # of the view, one of `SIZES`
-    row: int  # of the patch in the view, counted in patches
+    size: int  # side of the view, one of `SIZES`
+    row: int  # of the patch in the view, in patches
     column: int
     fraction: float
 
@@ -45,13 +45,13 @@ class Sample(NamedTuple):
 class Plan:
     """The samples of a data set: `shapes` x 21 patches x 5 stages, numbered in this order.
 
-    A `colored` one has shapes with colours and textures, and half of its views in perspective; without it all are white
+    A `colored` one has shapes with colours and textures, and half of its views in perspective; otherwise all are white
     and orthographic.
 
     Raises
     ------
     InputError
-        If a number is out of its range.
+        If a number is out of range.
     """
 
     seed: int = 0
@@ -68,11 +68,11 @@ class Plan:
 
     @property
     def samples(self) -> int:
-        """How many there are in all."""
+        """Number of samples."""
         return self.shapes * PATCHES * len(STAGES)
 
     def sample(self, number: int) -> Sample:
-        """Return where sample `number`, 0 to `samples` - 1, comes from."""
+        """Return the origin of sample `number`, 0 to `samples` - 1."""
         shape, patch, stage = np.unravel_index(number, (self.shapes, PATCHES, len(STAGES)))
         size = max(size for size in SIZES if _FIRST_PATCH[size] <= patch)
         row, column = divmod(int(patch) - _FIRST_PATCH[size], size // PATCH)
@@ -81,8 +81,8 @@ class Plan:
     def split(self, name: str) -> NDArray[np.int64]:
         """Return the numbers of the samples for "train", "validation" or "test", ascending.
 
-        The test's shapes are drawn from all; of the other shapes' patches a tenth is drawn for validation, with all of
-        its stages, so that no picture is used for both training and validation.
+        Test shapes are drawn from all shapes. Of the other shapes' patches a tenth is drawn for validation, with all of
+        its stages, so that no picture serves both training and validation.
         """
         if name not in SPLITS:
             raise InputError(f"split: expected one of {', '.join(SPLITS)}, got {name!r}")
@@ -100,11 +100,11 @@ class Plan:
 
     @staticmethod
     def patches_of_view(size: int) -> slice:
-        """Return which of a shape's patches are of its view of that size."""
+        """Return the slice of a shape's patches that belong to its view of this size."""
         return slice(_FIRST_PATCH[size], _FIRST_PATCH[size] + (size // PATCH) ** 2)
 
     def camera(self, shape: int, size: int) -> Camera:
-        """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by 10° or so."""
+        """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by about 10°."""
         rng = random_generator(self.seed, 1, shape, size)
         elevation = float(np.degrees(np.arcsin(rng.uniform(-0.5, 1))))
         camera = Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
@@ -112,18 +112,18 @@ class Plan:
         return replace(camera, fov=rng.uniform(*FOVS)) if in_perspective else camera
 
     def mask(self, number: int, fraction: float, *, turn: int = 0, order: str = "uniform") -> NDArray[np.float32]:
-        """Return which pixels of a sample are traced.
+        """Return the mask of a sample's traced pixels.
 
         Parameters
         ----------
-        number : of the sample
+        number : number of the sample
         fraction : share of the pixels, above 0; at least one pixel is traced
-        turn : another one, such as an epoch's number, draws other pixels
+        turn : draws different pixels for each value, such as an epoch's number
         order : one of `FIXED_ORDERS`
 
         Returns
         -------
-        (128, 128) float32, 1 where traced, else 0
+        (128, 128) float32, 1 where traced, otherwise 0
         """
         count = max(round(fraction * PATCH**2), 1)
         traced = np.ones((PATCH, PATCH), np.float32)
@@ -136,8 +136,8 @@ class Plan:
 
 
 def random_generator(*counters: int) -> np.random.Generator:
-    """Return the generator of some counters: a seed, what it is for, and which one of these.
+    """Return a random generator for some counters: a seed, a purpose, and an index within the purpose.
 
-    What it is for: 1 cameras, 2 shapes, 3 fractions, 4 masks, 5 epochs, 6 the test's shapes, 7 validation.
+    Purposes: 1 cameras, 2 shapes, 3 fractions, 4 masks, 5 epochs, 6 test shapes, 7 validation.
     """
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(counters)))

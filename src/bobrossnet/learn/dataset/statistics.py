@@ -1,7 +1,6 @@
-"""How far the pictures of a data set are like pictures of real shapes: numbers of each picture, and how two
-populations of pictures differ in each of them.
+"""Statistics of a data set's pictures compared with pictures of real shapes, measure by measure.
 
-A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pictures, M measures, B bins.
+A pixel is *hit* where a ray hit a surface; neighbours share a side. Letters: P pictures, M measures, B bins.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.tables import table
 from bobrossnet.tracing.trace import trace
 
-SIZE = 256  # of the views that are measured, pixels
-JUMP = 0.03  # in depth between neighbours, from which there is an edge: at 256 pixels a surface seen at 83° or more
-CREASE = 30.0  # degrees between the normals of neighbours without a jump, from which there is a crease
-FLAT = 1.0  # degrees, below which neighbours lie on a plane
-BLUR = 1.0  # pixels, the deviation of the Gaussian that takes fine detail away
+SIZE = 256  # side of the measured views, pixels
+JUMP = 0.03  # depth difference of neighbours from which there is an edge: at 256 pixels, surfaces at 83° or more
+CREASE = 30.0  # degrees between neighbours' normals, from which there is a crease, without a jump in depth
+FLAT = 1.0  # degrees between neighbours' normals, below which they are coplanar
+BLUR = 1.0  # pixels, standard deviation of the Gaussian that removes fine detail
 BINS = 16  # of gray, 0..1
-CLEAR = 0.2  # Kolmogorov-Smirnov distance: of two samples of 120 by one law 1.6 % differ more
+CLEAR = 0.2  # Kolmogorov-Smirnov distance: 1.6 % of pairs of samples of 120 from one distribution differ more
 
 MEASURES = {
     "coverage": "hit pixels",
@@ -45,7 +44,7 @@ MEASURES = {
     "holes": "holes in the silhouette",
     "width": "wide places",
 }
-"""What is measured of a picture (`picture_statistics` has the formulas), and what there is more of if it is larger."""
+"""Names of the measures (formulas: `picture_statistics`), and the property that grows with each."""
 
 
 class PictureStatistics(NamedTuple):
@@ -58,20 +57,20 @@ class PictureStatistics(NamedTuple):
 def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
     """Measure a picture.
 
-    - coverage: share of the pixels that are hit. The next four are shares of these:
-    - silhouettes: hit pixels with a neighbour that is not
-    - depth edges: those whose depth differs from a neighbour's by more than `JUMP`
-    - creases: those whose normal turns by more than `CREASE` to a neighbour's that is not beyond a jump
-    - flat: those whose normal turns by less than `FLAT` to the neighbours to the right and below
-    - mean gray: over hit pixels; so is the histogram, of shares
+    - coverage: share of hit pixels. The next four are shares of these:
+    - silhouettes: hit pixels next to a pixel that is not hit
+    - depth edges: depth differs from a neighbour's by more than `JUMP`
+    - creases: the normal turns by more than `CREASE` to a neighbour without a jump in depth
+    - flat: the normal turns by less than `FLAT` to the neighbours to the right and below
+    - mean gray: over hit pixels, as is the histogram of shares
     - gradient energy: sum of squared differences of gray between hit neighbours, by hit pixel
-    - fine detail: the share of that energy which is lost when gray is blurred by a Gaussian of `BLUR` pixels over
-      hit pixels alone (normalised convolution, Knutsson and Westin 1993): 0.72 for a step, near 0 where gray is smooth,
-      near 1 for noise; 0 without any energy
-    - components: of hit pixels, which hang together by sides and corners
-    - holes: connected pieces of pixels that are not hit, by sides alone, and don't reach the border
-    - width: 4 times the mean over hit pixels of the distance to the nearest that is not, or to the border, by the
-      picture's shorter side: w for a long strip of width w, 4/3 of the radius of a disc
+    - fine detail: share of that energy lost when gray is blurred by a Gaussian of `BLUR` pixels over hit pixels alone
+      (normalised convolution, Knutsson and Westin 1993): 0.72 for a step, near 0 for smooth gray, near 1 for noise; 0
+      without any energy
+    - components: connected components of hit pixels, by sides and corners
+    - holes: connected components of pixels that are not hit, by sides alone, away from the border
+    - width: 4 times the mean distance of hit pixels to the nearest pixel that is not hit, or to the border, relative to
+      the picture's shorter side: w for a long strip of width w, 4/3 of the radius of a disc
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
         energy += float((_distance(gray[..., None], axis)[both] ** 2).sum())
         fine_energy += float((_distance(blurred[..., None], axis)[both] ** 2).sum())
 
-    _, hole_count = ndimage.label(~np.pad(hit, 1))  # the padding joins all that reaches the border
+    _, hole_count = ndimage.label(~np.pad(hit, 1))  # padding joins everything at the border
     to_background = ndimage.distance_transform_edt(np.pad(hit, 1))[1:-1, 1:-1]
     measures = {
         "coverage": count / hit.size,
@@ -119,7 +118,7 @@ def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
         "fine detail": 1 - fine_energy / energy if energy > 0 else 0,
         "components": ndimage.label(hit, np.ones((3, 3)))[1],
         "holes": hole_count - 1,
-        # Pixels' centres are half a pixel farther from their neighbours' than from the border between them.
+        # The distance to a boundary is half a pixel less than to the nearest pixel beyond it.
         "width": 4 * (to_background[hit].mean() - 0.5) / min(hit.shape),
     }
     histogram = np.histogram(gray[hit], BINS, (0, 1))[0] / count
@@ -127,7 +126,7 @@ def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
 
 
 def _neighbours(array: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return views of the pixels that have a next neighbour along an axis, and of these neighbours."""
+    """Return views of the pixels with a next neighbour along an axis, and of these neighbours."""
     along = np.moveaxis(array, axis, 0)
     return np.moveaxis(along[:-1], 0, axis), np.moveaxis(along[1:], 0, axis)
 
@@ -140,7 +139,7 @@ def _distance(values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
 
 
 def _mark_both(marks: NDArray[np.bool_], axis: int, between: NDArray[np.bool_]) -> None:
-    """Mark the pixels on both sides of what lies between neighbours."""
+    """Mark the pixels on both sides of marked boundaries."""
     for side in _neighbours(marks, axis):
         side |= between
 
@@ -150,7 +149,7 @@ def _chord(degrees: float) -> float:
 
 
 class Population(NamedTuple):
-    """What was measured of some pictures.
+    """The measures of several pictures.
 
     Attributes
     ----------
@@ -163,12 +162,12 @@ class Population(NamedTuple):
 
 
 def population(pictures: Iterable[GBuffer]) -> Population:
-    """Measure pictures, which are taken one at a time; those without a hit pixel are left out.
+    """Measure pictures, one at a time; pictures without a hit pixel are omitted.
 
     Raises
     ------
     InputError
-        If none is left.
+        If every picture is omitted.
     """
     measured = [statistics for picture in pictures if (statistics := picture_statistics(picture)) is not None]
     if not measured:
@@ -185,17 +184,17 @@ def pictures_of_dataset(dataset: Dataset) -> Iterator[GBuffer]:
 
 
 def pictures_of_files(paths: Iterable[Path], plan: Plan) -> Iterator[GBuffer]:
-    """Yield a view of each file, from where the plan sees the shape of the same number.
+    """Yield a view of each file, by the plan's camera of the shape with the same number.
 
     Parameters
     ----------
-    paths : of shape files
+    paths : shape files
     plan : Plan
 
     Warns
     -----
     InputWarning
-        If a file is left out because it can't be loaded.
+        If a file is omitted because it can't be loaded.
     """
     for number, path in enumerate(paths):
         try:
@@ -208,15 +207,15 @@ def pictures_of_files(paths: Iterable[Path], plan: Plan) -> Iterator[GBuffer]:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two populations side by side. `str()` gives everything as markdown.
+    """A comparison of two populations. `str()` returns it as markdown.
 
     Attributes
     ----------
     own, real : Population, of the data set and of real shapes
     distances : (M,) float64
-        Two-sample Kolmogorov-Smirnov statistic of each measure, the largest difference between the two cumulative
-        distributions: 0 for equal populations, 1 for those that don't overlap. Negative where, at this difference,
-        own pictures have less than real ones.
+        Two-sample Kolmogorov-Smirnov statistic of each measure, the largest difference of the two cumulative
+        distributions: 0 for equal populations, 1 for disjoint ones. Negative where own pictures have less than real
+        ones at this difference.
     gray_distance : float
         Total variation distance of the histograms, half the sum of their absolute differences, 0..1.
     """
@@ -243,7 +242,7 @@ class Comparison:
         return table(["gray", "own", "real", "difference"], rows)
 
     def sentences(self) -> list[str]:
-        """Return a sentence for each measure in which the populations differ by more than `CLEAR`."""
+        """Return a sentence for each measure with a distance above `CLEAR`."""
         return [
             f"Own shapes have {'more' if self.distances[i] > 0 else 'less' if _is_mass(phrase) else 'fewer'} {phrase}."
             for i, phrase in enumerate(MEASURES.values())
@@ -265,25 +264,25 @@ class Comparison:
 
 
 def compare(own: Population, real: Population) -> Comparison:
-    """Compare the population of a data set with one of real shapes."""
+    """Compare a data set's population with one of real shapes."""
     distances = []
     for one, other in zip(own.measures.T, real.measures.T, strict=True):
         result = stats.ks_2samp(one, other, method="asymp")
-        # The sign of scipy is that of the cumulative distributions' difference: above 0 where the first has less.
+        # scipy's sign is positive where the first population has less.
         distances.append(0.0 - result.statistic_sign * result.statistic)
     gray_distance = float(abs(own.histogram - real.histogram).sum() / 2)
     return Comparison(own, real, np.array(distances), gray_distance)
 
 
 def compare_with_folder(dataset: Dataset, folder: str | Path, *, limit: int | None = None) -> Comparison:
-    """Compare a data set with the shapes below a folder, seen from where its plan sees its shapes.
+    """Compare a data set with the shapes below a folder, from the cameras of its plan.
 
     Parameters
     ----------
     dataset : Dataset
-    folder : of shape files
-        Searched in depth, in the order of the names.
-    limit : how many files at most, spread evenly, optional
+    folder : folder of shape files
+        Searched recursively, in the order of the names.
+    limit : maximum number of files, spread evenly, optional
 
     Raises
     ------
@@ -293,7 +292,7 @@ def compare_with_folder(dataset: Dataset, folder: str | Path, *, limit: int | No
     Warns
     -----
     InputWarning
-        If a file is left out because it can't be loaded.
+        If a file is omitted because it can't be loaded.
     """
     paths = spread(shape_files(folder), limit)
     if not paths:

@@ -1,13 +1,13 @@
-"""A data set on disk: a Zarr 3 group with one array for each size of view, each view one file that is written at once.
+"""A data set on disk: a Zarr 3 group with an array for each view size. Each view is one file, written at once.
 
     DIR/zarr.json                     attributes: format, seed, test_shapes, sources, channels, stages, colored
     DIR/views_128 | 256 | 512         (shapes, 4, size, size) float16: gray, depth, normal x, normal y
         chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes, and their CRC-32C
         shards (1, 4, size, size)     a view
 
-All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to
-be rendered. Files are synced before they have their names, so that those that are there are whole, after a power cut
-too.
+All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of an 8-bit step. A view without a file is not
+rendered yet. Files are synced before they are renamed into place, so that existing files are complete even after a
+power cut.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from bobrossnet.support.threads import lazy
 BUILD = "bobrossnet dataset build"
 FORMAT = "bobrossnet-dataset-1"
 CHANNELS = ("gray", "depth", "normal x", "normal y")
-"""The format's own planes, (4, H, W) wherever views and patches are: not all that a G-buffer may have."""
+"""Planes of the format, (4, H, W) for views and patches, a subset of a G-buffer's."""
 
 PARTIAL = ".partial"
-"""The end of the name of a file that is being written."""
+"""Ending of an unfinished file."""
 
 PLANES = np.r_[GIVEN.places["gray"], GIVEN.places["depth"], GIVEN.places["normal"]]
-"""Where `GBuffer.stack` has them."""
+"""Their positions in `GBuffer.stack`."""
 
 
 class Dataset:
@@ -52,8 +52,8 @@ class Dataset:
 
     Attributes
     ----------
-    path : its folder
-    plan : Plan, which samples there are
+    path : folder
+    plan : Plan of the samples
     sources : of each shape, "made NUMBER" for `procedural_scene(NUMBER)`, "colored NUMBER" for `colored_scene(NUMBER)`,
         or the path of its file
     """
@@ -66,12 +66,12 @@ class Dataset:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], plan: Plan, sources: Sequence[str]) -> Dataset:
-        """Create the folder of a data set without views, or continue one with the same plan and sources.
+        """Create a data set's folder without views, or continue one with the same plan and sources.
 
         Raises
         ------
         InputError
-            If the folder holds something else, or can't be written.
+            If the folder has other contents, or can't be written.
         """
         path = Path(path)
         attributes = {
@@ -95,7 +95,7 @@ class Dataset:
         ):
             raise InputError(f"{path}: expected an empty folder or a data set, got other files")
         try:
-            for leftover in path.glob(f"**/*{PARTIAL}"):  # of a build that was killed
+            for leftover in path.glob(f"**/*{PARTIAL}"):  # of a killed build
                 leftover.unlink()
             for size in SIZES:
                 if not (path / f"views_{size}" / "zarr.json").exists():
@@ -110,9 +110,9 @@ class Dataset:
                             Crc32cCodec(),
                         ],
                         dimension_names=("shape", "channel", "row", "column"),
-                        config={"write_empty_chunks": True},  # a file says that its view is done
+                        config={"write_empty_chunks": True},  # a file marks its view as done
                     )
-            # The group last: with it the folder is a data set.
+            # The group last: it makes the folder a data set.
             if not (path / "zarr.json").exists():
                 zarr.create_group(_SyncedStore(path), attributes=attributes)
         except OSError as error:
@@ -126,7 +126,7 @@ class Dataset:
         Raises
         ------
         InputError
-            If there is none, its index is damaged, or views are missing or empty.
+            If the folder has no data set, its index is damaged, or views are missing or empty.
         """
         dataset = cls._of(Path(path))
         missing = sum(not dataset.has(shape, size) for shape in range(dataset.plan.shapes) for size in SIZES)
@@ -161,12 +161,12 @@ class Dataset:
         return cls(path, plan, sources, arrays)
 
     def has(self, shape: int, size: int) -> bool:
-        """Tell whether a view is there."""
+        """Return whether a view exists."""
         return self._file(shape, size).exists()
 
     def write(self, shape: int, size: int, view: NDArray[np.float16]) -> None:
-        """Store a view, (4, size, size), whole or not at all."""
-        self._file(shape, size).unlink(missing_ok=True)  # a damaged one, which zarr would read first
+        """Store a view, (4, size, size); a failed write leaves no file."""
+        self._file(shape, size).unlink(missing_ok=True)  # zarr would first read a damaged one
         zarr.open_array(_SyncedStore(self.path / f"views_{size}"), mode="r+")[shape] = view
 
     def read(self, shape: int, size: int) -> NDArray[np.float16]:
@@ -175,15 +175,15 @@ class Dataset:
         Raises
         ------
         InputError
-            If its file is not as it was written.
+            If its file is damaged.
         """
         try:
-            if self._file(shape, size).stat().st_size == 0:  # which zarr takes for a view of zeros
+            if self._file(shape, size).stat().st_size == 0:  # zarr would take it for a view of zeros
                 raise self._damaged(shape, size)
             return np.asarray(self._arrays[size][shape])
         except InputError:
             raise
-        except (OSError, ValueError, RuntimeError) as error:  # zarr's and its codecs'
+        except (OSError, ValueError, RuntimeError) as error:  # from zarr and its codecs
             raise self._damaged(shape, size) from error
 
     def patches(self, shape: int) -> NDArray[np.float16]:
@@ -192,11 +192,11 @@ class Dataset:
 
     @lazy
     def detail(self) -> NDArray[np.float64]:
-        """How much there is to see in each patch, (shapes, 21): the mean difference of gray between neighbours.
+        """Return the detail of each patch, (shapes, 21): the mean difference of gray between neighbours.
 
-        Of a coloured data set it is the square root of that: differences are larger the brighter a shape is and the
-        finer its texture. As they are, 36 % of the draws would show the fifth of the shapes that is white, and 7 % the
-        eighth that is of one material; so these are 29 and 9 %, and 35 % show the third that has textures.
+        In a coloured data set it is the square root of this mean: differences grow with a shape's brightness and its
+        texture's frequency. Without the root, 36 % of the draws would show the white fifth of the shapes, and 7 % the
+        eighth with a single material; with it these are 29 and 9 %, and 35 % show the textured third.
         """
         differences = np.array(
             [[_detail(patch[0].astype(float)) for patch in self.patches(shape)] for shape in range(self.plan.shapes)]
@@ -212,7 +212,7 @@ class Dataset:
 
 
 def part_of(view: NDArray[np.float32], mask: NDArray[Any]) -> GBuffer:
-    """Return a view or patch, (4, H, W), as a G-buffer of which the pixels of `mask`, (H, W) of 0 and 1, are traced."""
+    """Return a view or patch, (4, H, W), as a G-buffer. The pixels of `mask`, (H, W) of 0 and 1, are traced."""
     planes = np.empty((1 + len(CHANNELS), *mask.shape), np.float32)
     planes[0] = mask
     np.multiply(view, mask, out=planes[1:])
@@ -227,7 +227,7 @@ def _cut(view: NDArray[np.float16]) -> NDArray[np.float16]:
 
 
 def joined(patches: NDArray[np.float16]) -> NDArray[np.float16]:
-    """Put a view together again, (n², 4, 128, 128) → (4, size, size)."""
+    """Join a view's patches, (n², 4, 128, 128) → (4, size, size)."""
     count, channels, _, _ = patches.shape
     n = math.isqrt(count)
     rows = patches.reshape(n, n, channels, PATCH, PATCH).transpose(2, 0, 3, 1, 4)
@@ -235,12 +235,12 @@ def joined(patches: NDArray[np.float16]) -> NDArray[np.float16]:
 
 
 def _detail(gray: NDArray[np.float64]) -> float:
-    """The mean absolute difference between neighbours, (H, W)."""
+    """Return the mean absolute difference between neighbours, (H, W)."""
     return sum(float(np.abs(np.diff(gray, axis=axis)).mean()) for axis in (0, 1))
 
 
 class _SyncedStore(LocalStore):
-    """Files that have their names only when they and their content are on the disk."""
+    """A store that renames files into place only when their content is on the disk."""
 
     async def set(self, key: str, value: Buffer) -> None:
         await asyncio.to_thread(self.set_sync, key, value)
@@ -258,9 +258,9 @@ class _SyncedStore(LocalStore):
             written.flush()
             os.fsync(written.fileno())
         replace(partial, file)
-        if sys.platform != "win32":  # where folders can't be opened
+        if sys.platform != "win32":  # folders can't be opened there
             inside = file.relative_to(self.root).parents
-            for folder in [*(self.root / some for some in inside), self.root.parent]:  # any of which may be new
+            for folder in [*(self.root / some for some in inside), self.root.parent]:  # new folders are synced too
                 _sync_folder(folder)
 
 
@@ -276,7 +276,7 @@ def _opened(path: Path, of: Callable[..., Any]) -> Any:
     index = path / "zarr.json"
     try:
         return of(path, mode="r")
-    except Exception as error:  # zarr's, of any type
+    except Exception as error:  # zarr raises any type
         raise _damaged_index(index, one_line(error) if index.exists() else "it is not there") from error
 
 

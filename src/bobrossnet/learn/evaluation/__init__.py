@@ -1,1 +1,1 @@
-"""How good, how steady and how costly pictures are: networks and fillings, pixel orders, shares of traced pixels."""
+"""Evaluation of quality, stability and cost: networks and fillings, pixel orders, shares of traced pixels."""

@@ -1,8 +1,8 @@
-"""Confidence intervals of what was measured on several shapes.
+"""Confidence intervals of means over several shapes.
 
-Pictures of one shape are not independent of each other: errors are those of data in clusters, here shapes (Liang and
-Zeger, *Longitudinal data analysis using generalized linear models*, 1986). With one picture of each they are the usual
-ones. Letters: P pictures, F whatever is measured of each.
+Pictures of one shape are correlated, so errors are clustered by shape (Liang and Zeger, *Longitudinal data analysis
+using generalized linear models*, 1986). With one picture of each shape they are the usual standard errors. Letters: P
+pictures, F quantities measured on each picture.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ def half_width(deviations: F64, shapes: Sequence[str]) -> F64:
     Parameters
     ----------
     deviations : (P, F), from the mean
-    shapes : of each picture what it shows, (P,)
+    shapes : shape shown by each picture, (P,)
 
     Returns
     -------
-    (F,), NaN if there is but one shape.
+    (F,), NaN for a single shape.
     """
     from scipy.special import stdtrit
 
@@ -40,16 +40,16 @@ def half_width(deviations: F64, shapes: Sequence[str]) -> F64:
 
 
 def relative_change(values: F64, others: F64, shapes: Sequence[str]) -> F64:
-    """Return the ratio of two means less 1, from pairs, with half of its 95 % confidence interval.
+    """Return the ratio of two means minus 1, from pairs, with half of its 95 % confidence interval.
 
     Parameters
     ----------
     values, others : (P, F), in pairs
-    shapes : of each picture what it shows, (P,)
+    shapes : shape shown by each picture, (P,)
 
     Returns
     -------
-    (F, 2), NaN where the others' mean is 0; the second also if there is but one shape.
+    (F, 2), NaN where the others' mean is 0; the half width is also NaN for a single shape.
 
     References
     ----------

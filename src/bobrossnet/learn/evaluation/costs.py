@@ -1,4 +1,4 @@
-"""What completing a picture costs: parameters, multiply-adds, milliseconds."""
+"""Cost of completion: parameters, multiply-adds, milliseconds."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ RUNS_OF_FILLINGS = 3  # the slowest takes hundreds of milliseconds
 
 
 class Cost(NamedTuple):
-    """What a method takes; a filling has no parameters and multiplies nothing that is counted."""
+    """Cost of a method; fillings have no parameters and no counted multiply-adds."""
 
-    milliseconds: float  # the median
+    milliseconds: float  # median
     parameters: int | None = None
-    multiply_adds: float | None = None  # of each pixel
+    multiply_adds: float | None = None  # for each pixel
 
 
 def measure_costs(
     models: Sequence[Weights], fillings: Sequence[str] = tuple(FILLINGS), *, runs: int = RUNS
 ) -> dict[str, Cost]:
-    """Measure what it takes to complete the built-in scene in 640x480 from 5 % of its pixels, in the core.
+    """Measure the completion of the built-in scene in 640x480 from 5 % of its pixels, in the core.
 
     Parameters
     ----------
     models : names of shipped weights, or .safetensors files
     fillings : names in `FILLINGS`, each completed at most `RUNS_OF_FILLINGS` times
-    runs : completions of each model; they take turns, so that other load on the machine affects all alike
+    runs : completions of each model, interleaved, so that other load on the machine affects all models equally
 
     Returns
     -------
-    by method, "NAME kept" of each model and then the fillings
+    dict by method, "NAME kept" of each model and then the fillings
 
     Raises
     ------
     InputError
-        If a model or a filling can't be used.
+        If a model or a filling is unusable.
     """
     part = bob.trace(bob.happy_tree(), size=SIZE, fraction=FRACTION)
     names = [kept(name) for name in model_names(models)]
@@ -58,7 +58,7 @@ def measure_costs(
                 continue
             start = time.perf_counter()
             methods[name](part)
-            if run > 0:  # the first fetches memory, and what is imported late
+            if run > 0:  # the first run allocates memory and imports modules
                 elapsed.append(1000 * (time.perf_counter() - start))
     costs = {name: Cost(median(elapsed)) for name, elapsed in elapsed_ms.items()}
     for name, model in zip(names, models, strict=True):
@@ -69,7 +69,7 @@ def measure_costs(
 
 
 def cost_table(costs: dict[str, Cost]) -> str:
-    """Return costs as a markdown table below its title."""
+    """Return costs as a markdown table with a title."""
     rows = [
         [
             name,

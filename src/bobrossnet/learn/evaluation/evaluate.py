@@ -1,4 +1,4 @@
-"""Measuring models on a data set's test split or on scenes, beside fillings without a network.
+"""Evaluation of models on a data set's test split or on scenes, compared with fillings without a network.
 
 Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 """
@@ -32,7 +32,7 @@ from bobrossnet.support.errors import InputError, check_integer, check_number
 from bobrossnet.support.progress import progress
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
-MODELS = ("default", "paper")  # what is shipped, and the report's network
+MODELS = ("default", "paper")  # the shipped network, and the report's
 ORDERS = ("uniform",)  # the report's
 
 
@@ -41,8 +41,8 @@ class _Picture:
     name: str
     shape: str
     reference: NDArray[np.float32]  # (H, W) gray, or (H, W, 3) linear RGB
-    part: Callable[[str, float], bob.GBuffer]  # by pixel order and the share of its pixels that is traced
-    done: float  # how much of all work is done when this is, 0..1
+    part: Callable[[str, float], bob.GBuffer]  # by pixel order and share of traced pixels
+    done: float  # share of all work done after this picture, 0..1
 
 
 def evaluate_dataset(
@@ -55,21 +55,21 @@ def evaluate_dataset(
     repainting: bool = True,
     limit: int | None = None,
 ) -> Evaluation:
-    """Measure models on a data set's test split: every patch of its shapes, at each share of traced pixels.
+    """Evaluate models on a data set's test split: every patch of its shapes, at each share of traced pixels.
 
     Parameters
     ----------
     path : a data set's folder, or the data set
     models : names of shipped weights, or .safetensors files
-        Called by their stems in the result.
+        Named by their stems in the result.
     fractions : shares of traced pixels, each above 0
-        At the data set's own stages, 1, 25, 50, 75 and 100 %, exactly its samples are measured, 1,050 of ten shapes; at
-        others, the pixels come from the order of the patch's sample at 1 %, so that they contain those.
+        At the data set's stages, 1, 25, 50, 75 and 100 %, exactly its samples are used, 1,050 of ten shapes; at other
+        shares, the pixels follow the order of the patch's sample at 1 %, so that they contain its pixels.
     orders : pixel orders
-        Every method is measured with each of them, on the same pictures.
+        Every method is measured with each order, on the same pictures.
     fillings : names in `FILLINGS` to compare with
-    repainting : whether networks are also measured as they repaint the traced pixels
-    limit : how many shapes at most, spread evenly over the split, optional
+    repainting : whether networks are also measured with the traced pixels repainted
+    limit : maximum number of shapes, spread evenly over the split, optional
 
     Returns
     -------
@@ -78,7 +78,7 @@ def evaluate_dataset(
     Raises
     ------
     InputError
-        If an argument can't be used, or the data set is not complete.
+        If an argument is invalid, or the data set is incomplete.
     """
     dataset = path if isinstance(path, Dataset) else Dataset.open(path)
     # A patch's samples at the stages, shape by shape.
@@ -90,19 +90,19 @@ def evaluate_dataset(
 def evaluate_folder(
     folder: str | os.PathLike[str], models: Sequence[Weights] = MODELS, *, limit: int | None = None, **options: Any
 ) -> Evaluation:
-    """Measure models on views of every file below a folder that `bobrossnet.load` reads.
+    """Evaluate models on views of every file below a folder that `bobrossnet.load` reads.
 
     Parameters
     ----------
     folder : path
-        Searched in depth, in the order of the names, but for folders called `broken_odd`.
+        Searched recursively, in the order of the names, except folders named `broken_odd`.
     models, options : as in `evaluate_scenes`
-    limit : how many files at most, spread evenly over all, optional
+    limit : maximum number of files, spread evenly over all, optional
 
     Raises
     ------
     InputError
-        If an argument can't be used, or no file below the folder can be loaded.
+        If an argument is invalid, or no file below the folder can be loaded.
     """
     scenes = scenes_of_folder(folder, limit)
     if not scenes:
@@ -123,21 +123,21 @@ def evaluate_scenes(
     fov: float = 0,
     channel: str = "gray",
 ) -> Evaluation:
-    """Measure models on views of scenes.
+    """Evaluate models on views of scenes.
 
     Parameters
     ----------
-    scenes : by their names, what makes them
+    scenes : functions that make them, by name
     models, fractions, fillings, repainting : as in `evaluate_dataset`
     size : (height, width)
-        Of at least 11 each.
+        At least 11 each.
     views : pictures of each scene
-        Azimuths spread round it, 30° apart from one scene to the next; elevations 20° and 45° in turn.
+        Azimuths are spread evenly, offset by 30° from scene to scene; elevations alternate between 20° and 45°.
     orders : pixel orders, as in `evaluate_dataset`
-        Their seed is the picture's number.
+        Seeded by the picture's number.
     fov : of the cameras, in degrees; 0 is orthographic
     channel : "gray" or "color"
-        What is completed and measured. Colours need `repainting=False`: networks repaint gray alone.
+        The channel to complete and measure. Colours need `repainting=False`: networks repaint gray alone.
 
     Returns
     -------
@@ -146,12 +146,12 @@ def evaluate_scenes(
     Raises
     ------
     InputError
-        If an argument can't be used, or no scene can be made.
+        If an argument is invalid, or no scene can be made.
 
     Warns
     -----
     InputWarning
-        If a scene was left out because its file can't be loaded.
+        If a scene is omitted because its file can't be loaded.
     """
     if min(check_size(size)) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
@@ -164,7 +164,7 @@ def evaluate_scenes(
 
 
 def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]]) -> Iterator[_Picture]:
-    """Pictures of the samples `numbers`, (PATCHES, STAGES) of each shape."""
+    """Yield pictures of the samples `numbers`, (PATCHES, STAGES) for each shape."""
     for k, of_shape in enumerate(numbers):
         shape = dataset.plan.sample(int(of_shape[0, 0])).shape
         for i, (patch, of_patch) in enumerate(zip(dataset.patches(shape), of_shape.tolist(), strict=True)):
@@ -182,7 +182,7 @@ def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]])
 def _part_of_patch(
     plan: Plan, numbers: Sequence[int], whole: NDArray[np.float32], order: str, fraction: float
 ) -> bob.GBuffer:
-    """A patch's sample, of `numbers` by stage; with the adaptive order, not the sample's own pixels."""
+    """Return a patch's sample, of `numbers` by stage; adaptive orders choose other pixels than the sample's."""
     number = numbers[STAGES.index(fraction) if fraction in STAGES else 0]
     if order in ORDERS_BY_SIGHT:
         return part_of(whole, np.ones(whole[0].shape)).sample(fraction, order=order, seed=number)
@@ -192,7 +192,7 @@ def _part_of_patch(
 def _pictures_of_scenes(
     scenes: Scenes, size: tuple[int, int], views: int, fov: float, channel: str
 ) -> Iterator[_Picture]:
-    for number, name, scene in each_scene(scenes, stacklevel=6):  # at the call of evaluate_scenes
+    for number, name, scene in each_scene(scenes, stacklevel=6):  # reported at the call of evaluate_scenes
         for view in range(views):
             azimuth = (30 * number + 360 * view / views) % 360
             camera = bob.Camera(azimuth=azimuth, elevation=(20, 45)[view % 2], fov=fov)
@@ -216,7 +216,7 @@ def _part_of_view(full: bob.GBuffer, seed: int, order: str, fraction: float) -> 
 def _evaluate(
     pictures: Iterable[_Picture], methods: Mapping[str, Method], fractions: Sequence[float], orders: Sequence[str]
 ) -> Evaluation:
-    """Measure methods on pictures, a few pictures in memory at a time."""
+    """Measure methods on pictures, with a few pictures in memory at a time."""
     orders = check_orders(orders)
     fractions = tuple(check_number("fractions", fraction, 0, 1, above=True) for fraction in fractions)
     if not fractions:
@@ -240,10 +240,9 @@ def _evaluate(
 def _scored(
     pictures: Iterable[_Picture], methods: Sequence[Method], orders: Sequence[str], fractions: Sequence[float]
 ) -> Iterator[tuple[_Picture, NDArray[np.float64]]]:
-    """Each picture with its scores, (M, O, F, 3), in order.
+    """Yield each picture with its scores, (M, O, F, 3), in order.
 
-    As many of its parts are scored side by side as there are threads to compute with: most of the time goes into numpy,
-    scipy and the core, which let other threads run meanwhile.
+    Parts are scored on all threads: numpy, scipy and the core take most of the time, and release the GIL.
     """
     shape = (len(orders), len(fractions), len(methods), len(METRICS))
     threads = bob.thread_count()
@@ -268,12 +267,12 @@ def _scored(
 
 
 def _score(picture: _Picture, methods: Sequence[Method], order: str, fraction: float) -> list[list[float]]:
-    """The scores of one picture with some of its pixels, those of `METRICS` for each method."""
+    """Return the scores of one partial picture, one of each of the `METRICS` for each method."""
     part, reference = picture.part(order, fraction), picture.reference
     scores = []
     for method in methods:
         image = method(part)
-        # Often: background, and whatever is traced wholly and kept.
+        # Frequent: background, and wholly traced pictures with the pixels kept.
         exact = np.array_equal(image, reference)
         measures = [metric.measure if reference.ndim == 2 else metric.of_color for metric in METRICS.values()]
         bests = [metric.best for metric in METRICS.values()]

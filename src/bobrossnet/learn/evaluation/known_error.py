@@ -1,4 +1,4 @@
-"""How well the expected error of a picture is known: where pictures that stop by it stop, and how wrong they are there.
+"""Accuracy of the expected error: where pictures that stop by it stop, and their true error there.
 
 Letters: P pictures, L limits.
 """
@@ -22,38 +22,48 @@ from bobrossnet.support.progress import progress
 from bobrossnet.support.tables import table
 
 LIMITS = (0.02, 0.01, 0.005, 0.002)
-"""Mean absolute errors in gray at which pictures stop."""
+"""Limits of the expected mean absolute error in gray."""
 
-STEP = 0.01  # of the pixels, from one look at a picture to the next
+STEP = 0.01  # share of the pixels between two checks
 MEASURES = ("fraction", "expected", "true")
 
 
 @dataclass(frozen=True)
 class KnownError:
-    """What `measure_known_error` found.
+    """The result of `measure_known_error`.
 
     Attributes
     ----------
-    shapes : of each picture what it shows, (P,)
+    shapes : shape shown by each picture, (P,)
     limits : (L,), falling
     stops : by pixel order: (P, L, 3) float64
-        The share of the pixels at the first look that expected an error of at most the limit, that expected error, and
-        the true one.
+        The share of the pixels at the first check with an expected error of at most the limit, that expected error, and
+        the true error.
     """
 
     shapes: tuple[str, ...]
     limits: tuple[float, ...]
     stops: Mapping[str, NDArray[np.float64]] = field(repr=False)
 
-    def table(self) -> str:
-        """Return, as markdown, for each order and limit: the mean share of the pixels, of how many pictures the true
-        error is below the expected one, and of how many both are within a factor of two."""
-        rows = []
+    def shares(self) -> list[tuple[str, float, tuple[float, float, float]]]:
+        """Return three shares for each order and limit.
+
+        They are the mean share of traced pixels, the share of pictures with a true error below the expected one, and
+        the share with both errors within a factor of two.
+        """
+        found = []
         for order, stops in self.stops.items():
             for limit, (fraction, expected, true) in zip(self.limits, stops.transpose(1, 2, 0), strict=True):
-                below, alike = true <= expected, np.abs(np.log2((true + 1e-9) / (expected + 1e-9))) <= 1
-                shares = (fraction.mean(), below.mean(), alike.mean())
-                rows.append([order, f"{limit:g}", *(f"{100 * share:.1f} %" for share in shares)])
+                below, close = true <= expected, np.abs(np.log2((true + 1e-9) / (expected + 1e-9))) <= 1
+                found.append((order, limit, (float(fraction.mean()), float(below.mean()), float(close.mean()))))
+        return found
+
+    def table(self) -> str:
+        """Return `shares` as a markdown table."""
+        rows = [
+            [order, f"{limit:g}", *(f"{100 * share:.1f} %" for share in shares)]
+            for order, limit, shares in self.shares()
+        ]
         return table(["order", "stop at", "traced", "true error below", "within a factor of two"], rows)
 
     def csv(self) -> str:
@@ -69,7 +79,7 @@ class KnownError:
 
     @classmethod
     def from_csv(cls, text: str) -> KnownError:
-        """Return the result whose `csv` this is. InputError if it isn't one's."""
+        """Return the result with this `csv`. InputError if the text is invalid."""
         stops: dict[str, dict[str, dict[float, list[float]]]] = {}
         try:
             for row in csv.DictReader(io.StringIO(text)):
@@ -86,13 +96,13 @@ class KnownError:
         return cls(tuple(by_shape), limits, arrays)
 
     def beside(self, other: KnownError) -> KnownError:
-        """Return these orders and, after them, another result's of the same pictures. InputError if it has others."""
+        """Return these orders, followed by another result's. InputError if the pictures differ."""
         if (self.shapes, self.limits) != (other.shapes, other.limits):
             raise InputError("other: expected known errors of the same pictures at the same limits, got others")
         return KnownError(self.shapes, self.limits, {**self.stops, **other.stops})
 
     def of_order(self, order: str) -> KnownError:
-        """Return what was measured with one of the orders."""
+        """Return the results of one order."""
         return KnownError(self.shapes, self.limits, {order: self.stops[order]})
 
 
@@ -108,21 +118,21 @@ def measure_known_error(
 
     Parameters
     ----------
-    scenes : by their names, what makes them; a view of each
+    scenes : functions that make them, by name; one view of each
     model : name of shipped weights, or a .safetensors file
     limits : of the expected error, above 0
     size : (height, width)
-    orders : of the pixels
+    orders : pixel orders
 
     Raises
     ------
     InputError
-        If an argument can't be used, or no scene can be made.
+        If an argument is invalid, or no scene can be made.
 
     Warns
     -----
     InputWarning
-        If a scene was left out because its file can't be loaded.
+        If a scene is omitted because its file can't be loaded.
     """
     orders = check_orders(orders)
     limits = tuple(sorted((check_number("limits", limit, 0, above=True) for limit in limits), reverse=True))
@@ -142,7 +152,7 @@ def measure_known_error(
 
 
 def _stops(full: bob.GBuffer, order: str, seed: int, model: Weights, limits: Sequence[float]) -> list[list[float]]:
-    """The measures where each limit is met: at the last all pixels are traced and nothing is wrong."""
+    """Return the measures where each limit is met; at the latest all pixels are traced and the error is 0."""
     found: list[list[float]] = []
     for fraction in np.arange(1, round(1 / STEP) + 1) * STEP:
         part = full.sample(float(min(fraction, 1)), order=order, seed=seed)

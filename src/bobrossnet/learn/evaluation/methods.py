@@ -1,7 +1,7 @@
-"""What completes a partial picture, under the names that evaluations give it: networks and fillings without one.
+"""Completion methods by the names used in evaluations: networks, and fillings without a network.
 
-A model stands for two methods: NAME raw is its network's own output clamped to 0..1, which repaints the traced pixels;
-NAME kept is what `bobrossnet.complete` returns, with the traced pixels as they came in. The fillings keep them as well.
+A model gives two methods. NAME raw is the raw network output clamped to 0..1, with the traced pixels repainted. NAME
+kept is the result of `bobrossnet.complete`, with the traced pixels unchanged. Fillings keep them as well.
 """
 
 from __future__ import annotations
@@ -23,41 +23,41 @@ from bobrossnet.support.errors import InputError
 
 Weights: TypeAlias = str | os.PathLike[str]
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]
-"""From a partial picture to the whole one: (H, W) float32 in 0..1, or (H, W, 3) of colours."""
+"""Completes a partial picture: (H, W) float32 in 0..1, or (H, W, 3) for colours."""
 
 CHANNELS = ("gray", "color")
-"""What may be completed and measured."""
+"""Channels that can be completed and measured."""
 
 _RAW, _KEPT = " raw", " kept"
 
 
 def raw(model: str) -> str:
-    """The method of a model's own output, its traced pixels repainted."""
+    """Return the name of a model's raw method, with the traced pixels repainted."""
     return f"{model}{_RAW}"
 
 
 def kept(model: str) -> str:
-    """The method of a model's output with the traced pixels as they came in."""
+    """Return the name of a model's method with the traced pixels kept."""
     return f"{model}{_KEPT}"
 
 
 def repaints(method: str) -> bool:
-    """Tell whether a method is a model's own output."""
+    """Return whether a method repaints the traced pixels."""
     return method.endswith(_RAW)
 
 
 def is_kept(method: str) -> bool:
-    """Tell whether a method is a model's output with the traced pixels as they came in."""
+    """Return whether a method is a model's with the traced pixels kept."""
     return method.endswith(_KEPT)
 
 
 def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
-    """Return what models are called: the stems of their files.
+    """Return the names of models: the stems of their files.
 
     Raises
     ------
     InputError
-        If two are called alike.
+        If two models have the same name.
     """
     names = tuple(Path(model).stem for model in models)
     if len(set(names)) < len(names):
@@ -68,19 +68,19 @@ def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
 def all_methods(
     models: Sequence[Weights], fillings: Sequence[str], *, repainting: bool = True, channel: str = "gray"
 ) -> dict[str, Method]:
-    """Return the methods of models, each raw and kept, and then of fillings, by their names.
+    """Return the methods of models, raw and kept, and then of fillings, by name.
 
     Parameters
     ----------
     models : names of shipped weights, or .safetensors files
     fillings : names in `FILLINGS`
-    repainting : whether models stand in it raw, which is gray
-    channel : "gray" or "color", which fillings fill in each component of
+    repainting : whether to include the models' raw methods, which are gray
+    channel : "gray" or "color"; fillings complete each component separately
 
     Raises
     ------
     InputError
-        If there is none, or one can't be used.
+        If there is no method, or a model or filling is unusable.
     """
     if channel not in CHANNELS:
         raise InputError(f"channel: expected one of {', '.join(CHANNELS)}, got {channel!r}")
@@ -102,12 +102,12 @@ def all_methods(
 
 
 def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
-    """Return a network's own output clamped to 0..1, (H, W) float32: its traced pixels are repainted."""
+    """Return a network's raw output clamped to 0..1, (H, W) float32, with the traced pixels repainted."""
     return np.clip(model.predict(part), 0, 1)
 
 
 def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of pixel orders if there are some, each known and only once."""
+    """Return the names of pixel orders if there is at least one, each is known, and none is repeated."""
     names = tuple(check_order(order, 0) for order in orders)
     if not names or len(set(names)) < len(names):
         raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
@@ -119,6 +119,6 @@ def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
 
 
 def _filled_colors(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
-    if name == "delaunay-linear":  # of whose time the triangles, which all components share, are most
+    if name == "delaunay-linear":  # most of its time is the triangulation, shared by all components
         return delaunay_linear(part.color, part.mask)
     return np.stack([FILLINGS[name](plane, part.mask) for plane in np.moveaxis(part.color, -1, 0)], -1)

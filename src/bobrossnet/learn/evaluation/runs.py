@@ -1,4 +1,4 @@
-"""A method with the pixel order that it was measured with: a run of an evaluation."""
+"""Runs of an evaluation: a method with a pixel order."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bobrossnet.learn.evaluation.methods import repaints
 from bobrossnet.support.errors import InputError
 
 Run: TypeAlias = tuple[str, str]
-"""The method's name and the order's."""
+"""Names of the method and the order."""
 
 
 def orders_of(runs: Collection[Run]) -> tuple[str, ...]:
@@ -18,12 +18,12 @@ def orders_of(runs: Collection[Run]) -> tuple[str, ...]:
 
 
 def find_run(runs: Collection[Run], run: str | Run) -> Run:
-    """Return one of `runs`; a method's name alone means that with the first of their orders.
+    """Return one of `runs`; a method's name alone selects its run with the first of the orders.
 
     Raises
     ------
     InputError
-        If there is none.
+        If there is no such run.
     """
     found = (run, orders_of(runs)[0]) if isinstance(run, str) else run
     if found not in runs:
@@ -33,13 +33,13 @@ def find_run(runs: Collection[Run], run: str | Run) -> Run:
 
 
 def label(runs: Collection[Run], run: str | Run) -> str:
-    """Return what one of `runs` is called beside the others: its method, and its order where they have several."""
+    """Return the label of one of `runs`: its method, and its order if they have several."""
     method, order = find_run(runs, run)
     return method if len(orders_of(runs)) == 1 else f"{method}, {order}"
 
 
 def rivals(runs: Collection[Run], run: str | Run) -> list[Run]:
-    """Return the other runs that keep the traced pixels, those with the run's own order or with the first one."""
+    """Return the other runs with the traced pixels kept, with the run's own order or with the first one."""
     own = find_run(runs, run)
     orders = (own[1], orders_of(runs)[0])
     return [other for other in runs if other != own and other[1] in orders and not repaints(other[0])]

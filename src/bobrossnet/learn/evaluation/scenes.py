@@ -1,4 +1,4 @@
-"""Scenes to measure on, each made when its turn comes: files of a folder, a data set's test shapes, our own."""
+"""Scenes for evaluations, made on demand: files of a folder, a data set's test shapes, procedural shapes."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
-"""By its name what makes a scene."""
+"""Functions that make scenes, by name."""
 
-FIRST = 4_000_000_000  # of the package's own shapes: of no data set of a seed below 4,000
+FIRST = 4_000_000_000  # seed of procedural test shapes, outside data sets with seeds below 4,000
 
 
 class Numbered(NamedTuple):
-    """A scene, and its number among all, those that were left out too."""
+    """A scene and its number, counting omitted ones."""
 
     number: int
     name: str
@@ -31,7 +31,7 @@ class Numbered(NamedTuple):
 
 
 def scenes_of_folder(folder: str | os.PathLike[str], limit: int | None = None) -> Scenes:
-    """Return what the files below a folder show, in the order of their names; at most `limit`, spread evenly."""
+    """Return the scenes of the files below a folder, by name; at most `limit`, spread evenly."""
     files = spread(shape_files(folder), limit)
     return {path.relative_to(folder).as_posix(): partial(bob.load, path) for path in files}
 
@@ -45,25 +45,25 @@ def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None 
 
 
 def own_scenes(count: int, first: int = FIRST, *, colored: bool = False) -> Scenes:
-    """Return shapes that the package makes itself, white or all in colours; by default those for testing alone."""
+    """Return procedural shapes, white or all in colours; by default ones reserved for testing."""
     seeds = itertools.filterfalse(is_white, itertools.count(first)) if colored else itertools.count(first)
     sources = [f"{COLORED if colored else MADE}{seed}" for seed in itertools.islice(seeds, count)]
     return {source: partial(scene_of, source) for source in sources}
 
 
 def with_colors(scenes: Scenes) -> Scenes:
-    """Return those of the scenes that have colours; each is made for it, and those that can't be are left out."""
+    """Return the coloured ones among the scenes; each is made to find out, and failing ones are omitted."""
     made = each_scene(scenes, stacklevel=3)
     return {name: scenes[name] for _, name, scene in made if as_scene(scene).is_colored}
 
 
 def each_scene(scenes: Scenes, stacklevel: int) -> Iterator[Numbered]:
-    """Make one scene after the other.
+    """Yield the scenes, made one at a time.
 
     Warns
     -----
     InputWarning
-        If one is left out because its file can't be loaded; `stacklevel` as of `warnings.warn`.
+        If one is omitted because its file can't be loaded; `stacklevel` as in `warnings.warn`.
     """
     for number, (name, make) in enumerate(scenes.items()):
         try:

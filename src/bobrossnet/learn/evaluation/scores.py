@@ -1,6 +1,6 @@
-"""What was measured of models and fillings: means, gains with their confidence, tables, CSV.
+"""Results of an evaluation: means, gains with confidence intervals, tables, CSV.
 
-Methods are called as in methods.py; one with a pixel order is a run.
+methods.py defines the names of methods; a method with a pixel order is a run.
 Letters: R runs, P pictures, F shares of traced pixels.
 """
 
@@ -30,8 +30,8 @@ class Metric(NamedTuple):
     measure: Callable[[Any, Any], float]  # of gray pictures
     of_color: Callable[[Any, Any], float]  # of pictures in linear RGB
     digits: int
-    better: int  # 1 if more is better, -1 if less is
-    best: float  # of a picture that equals its reference
+    better: int  # 1 if higher is better, otherwise -1
+    best: float  # value of an exact picture
 
 
 METRICS = {
@@ -39,25 +39,27 @@ METRICS = {
     "psnr": Metric("PSNR of the mean squared error, in dB", psnr, psnr, 2, 1, math.inf),
     "flip": Metric("FLIP, less is better", flip, lambda image, other: flip(to_srgb(image), to_srgb(other)), 4, -1, 0.0),
 }
-"""In the order of the scores. Of colours the SSIM is that of the luminance, the PSNR that of the three components, both
-in linear light, and FLIP that of sRGB."""
+"""In the order of the scores.
+
+For colours, SSIM is computed on luminance, PSNR on all three components, both in linear light, and FLIP in sRGB.
+"""
 
 
 @dataclass(frozen=True)
 class Evaluation:
     """Scores of several methods, each with one or more pixel orders, on the same pictures.
 
-    `str()` gives everything as markdown. Where a run is expected, a method's name alone means the method with the first
-    of the orders.
+    `str()` returns everything as markdown. Where a run is expected, a method's name alone selects its run with the
+    first of the orders.
 
     Attributes
     ----------
     pictures : names of the pictures, (P,)
-    shapes : of each picture what it shows, (P,)
-        Pictures of one shape are not independent of each other, which the confidence intervals take into account.
+    shapes : shape shown by each picture, (P,)
+        Pictures of one shape are correlated, which the confidence intervals account for.
     fractions : shares of traced pixels, (F,)
     scores : by method and order: (P, F, 3) float64
-        SSIM, of at most 1; PSNR in dB, infinite where a picture equals its reference; FLIP in 0..1, 0 where equal.
+        SSIM, at most 1; PSNR in dB, infinite for an exact picture; FLIP in 0..1, 0 for an exact picture.
     """
 
     pictures: tuple[str, ...]
@@ -67,11 +69,11 @@ class Evaluation:
 
     @property
     def orders(self) -> tuple[str, ...]:
-        """The pixel orders with which something was measured."""
+        """The pixel orders of the runs."""
         return orders_of(self.scores)
 
     def mean(self, run: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
-        """Return a run's score over all pictures.
+        """Return a run's mean score over all pictures.
 
         Parameters
         ----------
@@ -81,15 +83,15 @@ class Evaluation:
         Returns
         -------
         (F,) float64
-            The mean over the pictures; as PSNR that of the mean squared error over all their pixels. A mean of PSNRs
-            would be infinite as soon as one picture is exact, as a patch of background is, and all are once every pixel
-            is known and kept. So it is infinite only where all of them are exact.
+            The mean over the pictures; for PSNR, the PSNR of the mean squared error over all their pixels. A mean of
+            PSNRs would be infinite as soon as one picture is exact: a background patch often is, and every picture is
+            once all pixels are traced and kept. This one is infinite only if all pictures are exact.
         """
         means = self._values(run, metric).mean(0)
         return _decibels(means) if metric == "psnr" else np.asarray(means)
 
     def gain(self, run: str | Run, over: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
-        """Return by how much one run is better than another, from the differences picture by picture.
+        """Return a run's gain over another, from the differences picture by picture.
 
         Parameters
         ----------
@@ -99,9 +101,9 @@ class Evaluation:
         Returns
         -------
         (F, 2) float64
-            The difference of their means, above 0 where `run` is better, and half the width of its 95 % confidence
-            interval for other shapes of this kind. NaN where there is none: from a single shape, and for the PSNR where
-            a run is exact in all pictures.
+            The difference of their means, positive where `run` is better, and half the width of its 95 % confidence
+            interval over shapes of this kind. NaN if undefined: for a single shape, and for the PSNR if a run is exact
+            in all pictures.
         """
         ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
         if metric == "psnr":
@@ -116,7 +118,7 @@ class Evaluation:
         return np.stack([difference, half_width(deviations, self.shapes)], 1)
 
     def change_of_error(self, run: str | Run, over: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
-        """Return by which share of another run's error one's is higher, picture by picture in pairs.
+        """Return the relative change of a run's error from another run's, picture by picture in pairs.
 
         Parameters
         ----------
@@ -127,8 +129,8 @@ class Evaluation:
         Returns
         -------
         (F, 2) float64
-            The ratio of their mean errors, less 1, so below 0 where `run` is better, and half the width of its 95 %
-            confidence interval for other shapes of this kind. NaN where there is none.
+            The ratio of their mean errors minus 1, negative where `run` is better, and half the width of its 95 %
+            confidence interval over shapes of this kind. NaN if undefined.
         """
         ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
         if metric == "ssim":
@@ -136,7 +138,7 @@ class Evaluation:
         return relative_change(ours, theirs, self.shapes)
 
     def table(self, metric: str = "ssim") -> str:
-        """Return `mean` of all runs as a markdown table, the best of each column bold."""
+        """Return `mean` of all runs as a markdown table, with the best of each column in bold."""
         kind = self._metric(metric)
         digits, better = kind.digits, kind.better
         means = np.array([self.mean(run, metric) for run in self.scores])  # (R, F)
@@ -156,7 +158,7 @@ class Evaluation:
         return self._markdown(rows)
 
     def error_table(self, run: str | Run, metric: str = "ssim") -> str:
-        """Return the change of a run's error from each of `rivals`, in percent, as a markdown table."""
+        """Return the change of a run's error from each of its `rivals`, in percent, as a markdown table."""
         rows = []
         for rival in rivals(self.scores, run):
             changes = 100 * self.change_of_error(run, rival, metric)
@@ -179,12 +181,12 @@ class Evaluation:
 
     @classmethod
     def from_csv(cls, text: str) -> Evaluation:
-        """Return the evaluation whose `csv` this is.
+        """Return the evaluation with this `csv`.
 
         Raises
         ------
         InputError
-            If it isn't one's.
+            If the text is invalid.
         """
         scores: dict[Run, dict[tuple[str, str], dict[float, list[float]]]] = {}
         try:
@@ -204,12 +206,12 @@ class Evaluation:
         return cls(pictures, shapes, fractions, arrays)
 
     def beside(self, other: Evaluation) -> Evaluation:
-        """Return these runs and, after them, another evaluation's of the same pictures.
+        """Return these runs, followed by another evaluation's on the same pictures.
 
         Raises
         ------
         InputError
-            If it is of other pictures or shares of traced pixels.
+            If its pictures or shares of traced pixels differ.
         """
         if (self.shapes, self.pictures, self.fractions) != (other.shapes, other.pictures, other.fractions):
             raise InputError("other: expected an evaluation of the same pictures at the same fractions, got another")
@@ -217,12 +219,12 @@ class Evaluation:
         return Evaluation(self.pictures, self.shapes, self.fractions, scores)
 
     def of_order(self, order: str) -> Evaluation:
-        """Return the runs with one of the orders."""
+        """Return the runs with one pixel order."""
         scores = {run: values for run, values in self.scores.items() if run[1] == order}
         return Evaluation(self.pictures, self.shapes, self.fractions, scores)
 
     def of_shapes(self, names: Collection[str]) -> Evaluation:
-        """Return the scores of some of the shapes, those of the names. InputError if there is none of them."""
+        """Return the scores of the named shapes. InputError if no shape has such a name."""
         chosen = np.array([shape in names for shape in self.shapes])
         if not chosen.any():
             raise InputError(f"names: expected some of the shapes, got {', '.join(names)}")
@@ -241,13 +243,13 @@ class Evaluation:
                         parts += [
                             f"Gain of {label(self.scores, run)} in SSIM, with 95 % confidence intervals over shapes:",
                             self.gain_table(run),
-                            f"Change of 1 - SSIM to that of {label(self.scores, run)}, in percent:",
+                            f"1 - SSIM of {label(self.scores, run)}, change in percent:",
                             self.error_table(run),
                         ]
         return "\n\n".join(parts)
 
     def _values(self, run: str | Run, metric: str) -> NDArray[np.float64]:
-        """What is averaged over pictures, (P, F): SSIM, FLIP, or the mean squared error that a PSNR stands for."""
+        """Return the values to average over pictures, (P, F): SSIM, FLIP, or the mean squared error for PSNR."""
         self._metric(metric)
         values = self.scores[find_run(self.scores, run)][..., list(METRICS).index(metric)]
         return 10 ** (-values / 10) if metric == "psnr" else values

@@ -1,18 +1,18 @@
-"""Temporal stability: how much of the change from frame to frame of a converging picture is flicker.
+"""Temporal stability: the share of flicker in the frame-to-frame change of a converging picture.
 
-A picture that converges changes; to the eye it is stable where it only ever changes towards the truth. For consecutive
-frames x' and x of a view whose truth r does not change,
+A converging picture changes; it looks stable where it only moves towards the truth. For consecutive frames x' and x of
+a view with a constant truth r,
 
     change  = mean |x - x'|
     gain    = mean |x' - r| - mean |x - r|
     flicker = change - gain
 
-over the pixels. By the triangle inequality no pixel's flicker is below 0, and it is 0 where the pixel moves towards the
-truth without passing it: a picture that converges monotonically, pixel by pixel, has none. Twice the way that pixels
-go wrong is flicker, since it has to be gone back. Summed over the frames, flicker is the length of the pixels' way
-beyond the shortest.
+over the pixels. By the triangle inequality flicker is never negative, and it is 0 where the pixel moves towards the
+truth without overshoot: a picture that converges monotonically, pixel by pixel, has no flicker. Twice the distance
+that pixels move away from the truth is flicker, since they have to return. Summed over the frames, flicker is the
+excess of the pixels' path length over the shortest path.
 
-On an orbit the truth moves too, and what is not the truth's own change is
+On an orbit the truth moves too, and flicker is the change beyond the change of the truth:
 
     flicker = mean |(x - x') - (r - r')|
 """
@@ -39,8 +39,8 @@ from bobrossnet.support.tables import best_bold, plus_minus, table
 
 F64 = NDArray[np.float64]
 
-FIRST_FRACTION = 0.01  # of the pixels, traced in the first frame; the others add as many each, up to all
-SIZE = (128, 128)  # Delaunay-linear takes nearly all of the time, about 0.2 s a picture; the network 2 ms
+FIRST_FRACTION = 0.01  # share of the pixels in the first frame; the others add the same number each, up to all
+SIZE = (128, 128)  # Delaunay-linear takes most of the time, about 0.2 s a picture; the network 2 ms
 FRAMES = 30
 MEASURES = ("change", "flicker", "error")
 
@@ -49,22 +49,22 @@ ORBIT_FRAMES = 8
 ORBIT_STEP = 2.0  # degrees of azimuth between frames
 
 FILLINGS = ("delaunay-linear", "pull-push", "nearest")
-LEVELS = 255  # tables give flicker in steps of 8 bits
+LEVELS = 255  # tables give flicker in 8-bit steps
 
 
 @dataclass(frozen=True)
 class Stability:
-    """What `measure_stability` found. Grays are in 0..1. V views, F frames, O orbits.
+    """The result of `measure_stability`. Grays are in 0..1. V views, F frames, O orbits.
 
-    `str()` gives everything as markdown. Where a run is expected, a method's name alone means the method with the first
-    of the orders.
+    `str()` returns everything as markdown. Where a run is expected, a method's name alone selects its run with the
+    first of the orders.
 
     Attributes
     ----------
-    shapes : of each view what it shows, (V,)
+    shapes : shape shown by each view, (V,)
     fractions : (F,) float64, shares of the pixels traced in the frames
     frames : by method and order: (V, F, 3) float64, change, flicker and error of each frame
-        The error is mean |x - r|. The first frame has no change and no flicker: NaN.
+        The error is mean |x - r|. Change and flicker of the first frame are NaN.
     orbit_fractions : shares of the pixels traced in the frames of the orbits, (O,)
     orbit : by method and order: (V, O) float64, the mean flicker
     """
@@ -77,32 +77,31 @@ class Stability:
 
     @property
     def orders(self) -> tuple[str, ...]:
-        """The pixel orders with which something was measured."""
+        """The pixel orders of the runs."""
         return orders_of(self.frames)
 
     def mean(self, run: str | Run) -> F64:
-        """Return change, flicker and error of each frame, means over the views: (F, 3)."""
+        """Return change, flicker and error of each frame, as means over the views: (F, 3)."""
         return np.asarray(self.frames[find_run(self.frames, run)].mean(0))
 
     def total(self, run: str | Run) -> tuple[float, float]:
-        """Return a run's flicker and change, each summed over the frames, means over the views."""
+        """Return a run's flicker and change, summed over the frames, as means over the views."""
         change, flicker, _ = np.nansum(self.mean(run), 0).tolist()
         return flicker, change
 
     def change_of_flicker(self, run: str | Run, over: str | Run) -> F64:
-        """Return by which share of another run's flicker one's is higher, view by view in pairs.
+        """Return the relative change of a run's flicker from another run's, view by view in pairs.
 
         Returns
         -------
         (1 + O, 2) float64
-            Of the flicker of all frames, and of the orbits: the ratio of the means, less 1, so below 0 where `run` is
-            steadier, and half the width of its 95 % confidence interval for other shapes of this kind. NaN where there
-            is none.
+            For the flicker of all frames, and of the orbits: the ratio of the means minus 1, negative where `run` is
+            steadier, and half the width of its 95 % confidence interval over shapes of this kind. NaN if undefined.
         """
         return relative_change(self._flickers(run), self._flickers(over), self.shapes)
 
     def table(self) -> str:
-        """Return the flicker of all runs as a markdown table, the least of each column bold."""
+        """Return the flicker of all runs as a markdown table, with the minimum of each column in bold."""
         totals = np.array([self.total(run) for run in self.frames])
         orbits = np.array([self.orbit[run].mean(0) for run in self.frames])
         columns = np.column_stack([LEVELS * totals[:, 0], 100 * totals[:, 0] / totals[:, 1], LEVELS * orbits])
@@ -114,7 +113,7 @@ class Stability:
         return table(["method", "flicker of all frames", "of all change, %", *self._orbits()], rows)
 
     def change_table(self, run: str | Run) -> str:
-        """Return the change of a run's flicker from each of `rivals`, in percent, as a markdown table."""
+        """Return the change of a run's flicker from each of its `rivals`, in percent, as a markdown table."""
         rows = []
         for rival in rivals(self.frames, run):
             changes = 100 * self.change_of_flicker(run, rival)
@@ -142,12 +141,12 @@ class Stability:
 
     @classmethod
     def from_csv(cls, text: str) -> Stability:
-        """Return what has this `csv`, up to its rounding.
+        """Return the stability with this `csv`, up to rounding.
 
         Raises
         ------
         InputError
-            If it isn't one's.
+            If the text is invalid.
         """
         frames: dict[Run, dict[str, dict[float, list[float]]]] = {}
         orbits: dict[Run, dict[str, dict[float, float]]] = {}
@@ -176,12 +175,12 @@ class Stability:
             raise InputError(f"text: expected the numbers of a stability, got {error!r}") from error
 
     def beside(self, other: Stability) -> Stability:
-        """Return these runs and, after them, another stability's of the same views.
+        """Return these runs, followed by another stability's on the same views.
 
         Raises
         ------
         InputError
-            If it is of other views or shares of traced pixels.
+            If its views or shares of traced pixels differ.
         """
         same = (self.shapes, self.orbit_fractions) == (other.shapes, other.orbit_fractions)
         same &= [f"{fraction:.6f}" for fraction in self.fractions] == [
@@ -198,18 +197,18 @@ class Stability:
         )
 
     def of_order(self, order: str) -> Stability:
-        """Return the runs with one of the orders."""
+        """Return the runs with one pixel order."""
         frames, orbit = (
             {run: values for run, values in numbers.items() if run[1] == order} for numbers in (self.frames, self.orbit)
         )
         return Stability(self.shapes, self.fractions, frames, self.orbit_fractions, orbit)
 
     def caption(self) -> str:
-        """Return what `table` shows."""
+        """Return the caption of `table`."""
         return (
-            f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes: of converging pictures, from "
-            f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, summed over these; "
-            f"of orbits, {ORBIT_STEP:g}° a frame, that of a frame."
+            f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes. Converging pictures go from "
+            f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, and their flicker is "
+            f"summed. Orbits turn by {ORBIT_STEP:g}° a frame, and their flicker is the mean of a frame."
         )
 
     def __str__(self) -> str:
@@ -217,14 +216,14 @@ class Stability:
         for run in self.frames:
             if is_kept(run[0]) and rivals(self.frames, run):
                 parts += [
-                    f"Change of flicker to that of {label(self.frames, run)}, in percent, with 95 % confidence "
-                    "intervals over shapes:",
+                    f"Flicker of {label(self.frames, run)}, change in percent, with 95 % confidence intervals over "
+                    "shapes:",
                     self.change_table(run),
                 ]
         return "\n\n".join(parts)
 
     def _flickers(self, run: str | Run) -> F64:
-        """The flicker of all frames and of the orbits, (V, 1 + O)."""
+        """Return the flicker of all frames and of the orbits, (V, 1 + O)."""
         found = find_run(self.frames, run)
         return np.column_stack([np.nansum(self.frames[found][..., 1], 1), self.orbit[found]])
 
@@ -233,7 +232,7 @@ class Stability:
 
 
 def change_and_flicker(frames: Any, reference: Any) -> F64:
-    """Return change, flicker and error of a sequence of pictures whose truth stays; the formulas are at the top.
+    """Return change, flicker and error of a picture sequence with a constant truth; see the module for the formulas.
 
     Parameters
     ----------
@@ -243,17 +242,17 @@ def change_and_flicker(frames: Any, reference: Any) -> F64:
     Returns
     -------
     (F, 3) float64
-        Of the first frame only the error, its change and flicker are NaN.
+        Change and flicker of the first frame are NaN.
 
     Raises
     ------
     InputError
-        If the shapes don't fit.
+        If the shapes don't match.
 
     Examples
     --------
     >>> frames = np.array([0.0, 0.5, 0.25, 1.0]).reshape(4, 1, 1)
-    >>> change_and_flicker(frames, np.ones((1, 1)))[1:, 1].tolist()  # a step of 0.25 back, which it has to go again
+    >>> change_and_flicker(frames, np.ones((1, 1)))[1:, 1].tolist()  # a step of 0.25 back, to be repeated
     [0.0, 0.5, 0.0]
     """
     reference = check_array("reference", reference, (None, None)).astype(np.float64)
@@ -266,7 +265,7 @@ def change_and_flicker(frames: Any, reference: Any) -> F64:
 
 
 def moving_flicker(frames: Any, references: Any) -> float:
-    """Return the mean flicker of a sequence whose truth moves too: two (F, H, W), F at least 2."""
+    """Return the mean flicker of a sequence with a moving truth: two (F, H, W), F at least 2."""
     references = check_array("references", references, (None, None, None)).astype(np.float64)
     frames = check_array("frames", frames, references.shape).astype(np.float64)
     if len(frames) < 2:
@@ -290,25 +289,25 @@ def measure_stability(
 
     Parameters
     ----------
-    scenes : what to look at, a view of each
+    scenes : functions that make them, by name; one view of each
     models : names of shipped weights, or .safetensors files
     frames : of a converging picture, at least 2, from `FIRST_FRACTION` to all of the pixels in equal steps
     size : (height, width)
     orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has its own seed
     orders, seed : of the pixels
-        Every method is measured with each of the orders.
+        Every method is measured with each order.
     fillings : names in `bobrossnet.completion.filling.FILLINGS` to compare with
-    repainting : whether networks are also measured as they repaint the traced pixels
+    repainting : whether networks are also measured with the traced pixels repainted
 
     Raises
     ------
     InputError
-        If an argument can't be used, or there is no scene.
+        If an argument is invalid, or there is no scene.
 
     Warns
     -----
     InputWarning
-        If a scene was left out because its file can't be loaded.
+        If a scene is omitted because its file can't be loaded.
     """
     check_integer("frames", frames, 2, 10_000)
     check_integer("orbit_frames", orbit_frames, 2, 10_000)
@@ -327,7 +326,7 @@ def measure_stability(
             truth = [view.gray for view in views]
             for order in orders:
                 parts = [views[0].sample(fraction, order=order, seed=seed + number) for fraction in fractions]
-                # A seed for each frame, as in an interactive view, which starts anew when the camera moves.
+                # A new seed for each frame, as in an interactive view, which restarts when the camera moves.
                 moving = [
                     [view.sample(fraction, order=order, seed=seed + i) for i, view in enumerate(views)]
                     for fraction in ORBIT_FRACTIONS

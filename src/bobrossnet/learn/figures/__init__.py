@@ -1,4 +1,4 @@
-"""The report's figures, drawn from data: one file each, all in one style."""
+"""The report's figures, drawn from data in one style, a file each."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FIGURES: dict[str, Draw] = {
     "6.4": draw_dense,
     "stability": draw_stability,
 }
-"""By the number in the report, in its order; then those that it does not have, by name."""
+"""Figures in the report's order, by number; then further ones, by name."""
 
 __all__ = ["FIGURES", "Drawing", "LeftOutError", "Sources", "check_names", "draw_figures"]
 
@@ -45,21 +45,21 @@ def draw_figures(
     only: Sequence[str] | None = None,
     report: Callable[[str], object] = print,
 ) -> dict[str, str]:
-    """Draw figures and write them to a folder as figure-NAME.svg and figure-NAME.png, numbers as figure-NAME.csv.
+    """Draw figures and write them to a folder as figure-NAME.svg and figure-NAME.png, data as figure-NAME.csv.
 
     Parameters
     ----------
     out : folder, created if missing
     sources : Sources, optional
-        What they are drawn from. Figures that need more than that are left out, and reported.
+        The data of the figures. Figures that need more data are omitted, and reported.
     only : names in `FIGURES`, optional
     report : function of one line
-        Told of each figure.
+        Called with a line about each figure.
 
     Returns
     -------
     dict
-        The captions of the figures that were written, by their names, in the order of `FIGURES`.
+        The captions of the written figures, by name, in the order of `FIGURES`.
 
     Raises
     ------
@@ -94,12 +94,12 @@ def draw_figures(
 
 
 def check_names(only: Sequence[str] | None) -> list[str]:
-    """Return the names of the figures asked for, all without `only`, in the order of `FIGURES`.
+    """Return the names of the requested figures, all if `only` is None, in the order of `FIGURES`.
 
     Raises
     ------
     InputError
-        If one is unknown.
+        If a name is unknown.
     """
     for name in only or ():
         if name not in FIGURES:

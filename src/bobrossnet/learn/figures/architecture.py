@@ -1,4 +1,4 @@
-"""Figures 4.1 to 4.3: the network, drawn from the network. Coordinates are inches from the lower left."""
+"""Figures 4.1 to 4.3: diagrams of the network, from the network itself. Coordinates are inches from the lower left."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from bobrossnet.learn.figures.style import BLACK, BLUE, GRAY, GREEN, ORANGE, PAG
 from bobrossnet.learn.networks import Network, Paper
 from bobrossnet.learn.networks.paper import shuffle
 
-GROUP_COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY)  # in turn, if there are more groups
+GROUP_COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY)  # repeated for more groups
 UNGROUPED = "#999999"
 SKIP = {"color": RED, "linestyle": (0, (1, 1.5)), "linewidth": 1.1}
 
 
 def draw_unet(sources: Sources) -> Drawing:
-    """Draw the U-Net: layers as boxes, lower where the resolution is, and skips dotted."""
+    """Draw the U-Net: layers as boxes, lower for lower resolutions, with dotted skips."""
     layers = layers_of(Paper())
     scales = sorted({layer.scale for layer in layers})
     box, level, left, gap = (0.8, 0.44), 0.92, 0.5, 0.14  # inches
     height = level * len(scales) + 0.06
-    levels = [1, *(layer.scale for layer in layers), 1]  # those of the input and of the picture, too
+    levels = [1, *(layer.scale for layer in layers), 1]  # including the input and the output
     turns = sum(a != b for a, b in pairwise(levels))
-    # Boxes of one level stand side by side, others begin below or above each other, so that all fit.
+    # Boxes of one level are in a row, others start below or above each other, so that all fit.
     turn = (PAGE - left - box[0] - 0.1 - (len(levels) - 1 - turns) * (box[0] + gap)) / max(turns, 1)
     steps = [turn if a != b else box[0] + gap for a, b in pairwise(levels)]
     x = (left + box[0] / 2 + np.cumsum([0, *steps])).tolist()
@@ -67,9 +67,9 @@ def draw_unet(sources: Sources) -> Drawing:
     kernel = layers[0].kernel
     return Drawing(
         figure,
-        f"The network, a U-Net of {len(layers)} convolutions of {kernel} x {kernel} and {total:,} parameters. In the "
-        "boxes, channels read → made; beside the arrows, what is done with these; H and W: the picture's height and "
-        "width. Dotted: skips, which are appended to what a layer reads.",
+        f"The network, a U-Net of {len(layers)} convolutions of {kernel} x {kernel} and {total:,} parameters. Boxes "
+        "give channels in → out, arrows the operation that follows. H and W are the picture's height and width. "
+        "Dotted: skips, which are appended to a layer's input.",
     )
 
 
@@ -79,25 +79,25 @@ def draw_full(sources: Sources) -> Drawing:
     return Drawing(
         figure,
         f"The network with full convolutions, {total:,} parameters: each channel of a layer reads all channels of the "
-        "one before. A cell is a channel, white if a skip, dotted, brought it; H: the picture's height.",
+        "one before. A cell is a channel, white if it comes by a skip (dotted). H is the picture's height.",
     )
 
 
 def draw_grouped(sources: Sources) -> Drawing:
-    """Draw the network's channels, coloured by group, and how they are shuffled."""
+    """Draw the network's channels, coloured by group, and their shuffle."""
     network = Paper()
     figure, total = _draw_channels(network)
     return Drawing(
         figure,
-        f"The network with grouped convolutions, {total:,} parameters. A cell is a channel, of the colour of the group "
-        f"that made it. Where there are {network.groups} groups, a channel reads those of its group only; between the "
-        "two grouped layers channels are shuffled, so that each group reads from all. White: brought by a skip, "
-        "dotted; H: the picture's height.",
+        f"The network with grouped convolutions, {total:,} parameters. A cell is a channel in the colour of its group, "
+        f"white if it comes by a skip (dotted). In the layers of {network.groups} groups a channel reads its own group "
+        "only. Channels are shuffled between these layers, so that each group reads from all. H is the picture's "
+        "height.",
     )
 
 
 def _draw_channels(network: Network) -> tuple[Figure, int]:
-    """Draw channels as stacks of cells, and convolutions as areas between them; return also how many parameters."""
+    """Draw channels as stacks of cells, with convolutions as areas between; return also the number of parameters."""
     layers = layers_of(network)
     shuffles = [layer.shuffled and layer.groups > 1 for layer in layers]
     tallest, width = 2.0, 0.1  # inches, of a stack
@@ -110,7 +110,7 @@ def _draw_channels(network: Network) -> tuple[Figure, int]:
     step = (PAGE - 2 * left - width - sum(shuffles) * (shuffle_width + width)) / len(layers)
 
     def stack_edges(channels: int) -> np.ndarray:
-        """Upper edge of each channel's cell, and the lower one of the last."""
+        """Return the upper edge of each channel's cell, and the lower edge of the last."""
         cell = min(tallest / channels, 0.06)
         return middle + (channels / 2 - np.arange(channels + 1)) * cell
 
@@ -118,7 +118,7 @@ def _draw_channels(network: Network) -> tuple[Figure, int]:
     _cells(axes, x, width, edges, colors)
     _above(axes, x + width / 2, edges, f"{INPUT}\n{_height(layers[0].scale)}")
     ends = {INPUT: (x + width / 2, edges[-1])}
-    waiting = []  # skips, which are drawn when it is known where all of them end
+    waiting = []  # skips, drawn once all of their ends are known
     for layer, shuffled, after in zip(layers, shuffles, [*layers[1:], None], strict=True):
         if shuffled:
             order = shuffle(torch.arange(layer.inputs).view(1, -1, 1, 1), layer.groups).flatten().tolist()
@@ -131,7 +131,7 @@ def _draw_channels(network: Network) -> tuple[Figure, int]:
             colors = [colors[source] for source in order]
             _cells(axes, x, width, edges, colors)
 
-        # What skips bring to the next layer stands below the channels of this one.
+        # The skips' channels for the next layer follow below this layer's channels.
         next_edges = stack_edges(layer.outputs if after is None else after.inputs)
         made = next_edges[: layer.outputs + 1]
         for group in range(layer.groups):
@@ -156,7 +156,7 @@ def _draw_channels(network: Network) -> tuple[Figure, int]:
             waiting.append((ends[name], (x + width / 2, brought[-1])))
         _above(axes, x + width / 2, made, "picture\nH" if after is None else _height(after.scale))
         edges = next_edges
-    waiting.sort(key=lambda skip: skip[0][0])  # the widest at the bottom
+    waiting.sort(key=lambda skip: skip[0][0])  # the widest lowest
     for i, (start, end) in enumerate(waiting):
         low = 0.08 + 0.14 * i
         _line(axes, [start, (start[0], low), (end[0], low), end], **SKIP)
@@ -190,7 +190,7 @@ def _box(
 
 
 def _follow(axes: Axes, start: tuple[float, float], end: tuple[float, float], box: tuple[float, float]) -> None:
-    """Lead from a layer to the next: down and then right, or right and then up."""
+    """Draw a connection to the next layer: down and then right, or right and then up."""
     if start[1] > end[1]:
         _line(axes, [(start[0], start[1] - box[1] / 2), (start[0], end[1]), (end[0] - box[0] / 2, end[1])])
     elif start[1] < end[1]:
@@ -202,7 +202,7 @@ def _follow(axes: Axes, start: tuple[float, float], end: tuple[float, float], bo
 def _skip(
     axes: Axes, start: tuple[float, float], end: tuple[float, float], box: tuple[float, float], channels: int
 ) -> None:
-    """Lead a skip over the boxes of its level, into its layer from above."""
+    """Draw a skip above the boxes of its level, into its layer from above."""
     over = end[1] + box[1] / 2 + 0.2
     begin = min(over, start[1] + box[1] / 2) if start[1] > end[1] else start[1] + box[1] / 2
     _line(axes, [(start[0], begin), (start[0], over), (end[0], over), (end[0], end[1] + box[1] / 2)], **SKIP)
@@ -211,7 +211,7 @@ def _skip(
 
 
 def _line(axes: Axes, points: list[tuple[float, float]], **style: object) -> None:
-    """Draw lines from point to point, with an arrow's head at the end."""
+    """Draw a polyline with an arrowhead at its end."""
     look = {"color": BLACK, "linewidth": 0.7, **style}
     axes.plot(*zip(*points, strict=True), **look)  # type: ignore[arg-type]
     head = {"arrowstyle": "-|>,head_width=0.12,head_length=0.25", "color": look["color"], "linewidth": 0.7}

@@ -1,4 +1,4 @@
-"""Figure 2.1: a picture converges."""
+"""Figure 2.1: convergence of a picture."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
 
 FRACTIONS = (0.01, 0.05, 0.25, 0.5, 1.0)
-PIXELS = 192  # at most: in larger pictures a single pixel is too small to be seen in print
+PIXELS = 192  # maximum size: in larger pictures single pixels are invisible in print
 
 
 def draw_convergence(sources: Sources) -> Drawing:
-    """Draw what has been traced at some stages, all else green."""
+    """Draw the traced pixels at several stages over green."""
     size = (min(sources.size, PIXELS),) * 2
     figure, axes = picture_grid(1, len(FRACTIONS), size)
     full = bob.trace(sources.scene, sources.camera, size=size)

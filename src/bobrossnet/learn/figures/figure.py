@@ -1,4 +1,4 @@
-"""What figures are drawn from, and what drawing one gives."""
+"""Inputs and results of figures."""
 
 from __future__ import annotations
 
@@ -17,45 +17,45 @@ from bobrossnet.tracing.scene import Scene
 
 @dataclass(frozen=True)
 class Sources:
-    """What figures are drawn from; each takes what it needs."""
+    """The inputs of figures; each figure uses some of them."""
 
     weights: str = "paper"
     """Name of shipped weights, or a .safetensors file."""
     scene: Scene = field(default_factory=lambda: Scene(happy_tree()))
-    """What is seen in the figures of one shape: by default the built-in scene."""
+    """Scene of the figures with one shape: by default the built-in scene."""
     camera: Camera = field(default_factory=Camera)
-    """From where `scene` is seen."""
+    """Camera of `scene`."""
     data: Dataset | None = None
     scores: Path | None = None
     """CSV file of an evaluation, one row for each method, picture and share of traced pixels."""
     size: int = 512
     """Height and width in pixels of the pictures of `scene`."""
     seed: int = 0
-    """Of the order of the pixels, and of what is drawn at random."""
+    """Seed of pixel orders and random choices."""
     steps: int = 400
-    """Mini-batches of each training that compares losses: on two cores all five take 6 minutes."""
+    """Mini-batches of each training in the comparison of losses: on two cores all five take 6 minutes."""
     frames: int = 60
-    """Of a converging picture whose stability is measured."""
+    """Frames of the converging picture in the stability figure."""
 
 
 class Drawing(NamedTuple):
-    """A figure, and the caption that belongs below it."""
+    """A figure with its caption."""
 
     figure: Figure
     caption: str
     csv: str = ""
-    """The numbers that it shows, where they are worth keeping."""
+    """Its data as CSV, if worth keeping."""
 
 
 class LeftOutError(Exception):
-    """A figure can't be drawn because what the message names is missing."""
+    """A figure can't be drawn; the message names the missing input."""
 
 
 Draw: TypeAlias = Callable[[Sources], Drawing]
 
 
 def data_of(sources: Sources) -> Dataset:
-    """Return the data set; the figure is left out if there is none."""
+    """Return the data set; raise LeftOutError if it is missing."""
     if sources.data is None:
         raise LeftOutError("it needs a data set (--data DIR)")
     return sources.data

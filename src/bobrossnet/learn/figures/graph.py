@@ -1,4 +1,4 @@
-"""What a network consists of, read from the network itself: its convolutions, and which of them read which."""
+"""The graph of a network's convolutions, traced from the network itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from torch.fx.passes.shape_prop import ShapeProp
 
 from bobrossnet.learn.networks import Network
 
-INPUT = "input"  # the name of what the network is given, in `Layer.reads`
+INPUT = "input"  # name of the network's input in `Layer.reads`
 
 
 class Layer(NamedTuple):
@@ -20,19 +20,19 @@ class Layer(NamedTuple):
     name: str
     inputs: int  # channels
     outputs: int
-    kernel: int  # its height and width
+    kernel: int  # height and width
     groups: int
     parameters: int
-    scale: int  # it runs at 1/scale of the picture's height and width
-    reads: tuple[tuple[str, int], ...]  # the layers whose channels it gets, one after the other, and how many these are
-    shuffled: bool  # whether its channels are shuffled before
-    after: tuple[str, ...]  # what is done with its outputs before the next layer reads them
+    scale: int  # downscaling relative to the picture's height and width
+    reads: tuple[tuple[str, int], ...]  # its input layers, in channel order, each with its number of channels
+    shuffled: bool  # whether its input channels are shuffled
+    after: tuple[str, ...]  # operations on its outputs before the next layer
 
 
 def layers_of(network: Network) -> list[Layer]:
-    """Return a network's convolutions in the order in which they run.
+    """Return a network's convolutions in execution order.
 
-    They must follow each other: the first channels of each are those of the layer before.
+    They must be a chain: the first channels of each are the previous layer's outputs.
     """
     side = 64
     module = fx.symbolic_trace(network)
@@ -85,7 +85,7 @@ def _input_channels(network: Network) -> int:
 
 
 def _way_to(node: fx.Node) -> tuple[fx.Node, list[fx.Node]]:
-    """Return the convolution, concatenation or input that a value comes from, and the steps between, in order."""
+    """Return the source of a value, a convolution, a concatenation or the input, and the steps from it, in order."""
     steps: list[fx.Node] = []
     while node.op not in ("call_module", "placeholder") and _does(node) != "cat":
         steps.insert(0, node)
@@ -94,7 +94,7 @@ def _way_to(node: fx.Node) -> tuple[fx.Node, list[fx.Node]]:
 
 
 def _does(node: fx.Node) -> str:
-    """Return what a step does: nodes are called after that, and numbered."""
+    """Return a step's operation: the node's name without its number."""
     return re.sub(r"_\d+$", "", node.name)
 
 

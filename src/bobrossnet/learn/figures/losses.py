@@ -1,7 +1,7 @@
-"""Figure 5.1: the five losses side by side, each of which trained a network on the same few samples.
+"""Figure 5.1: comparison of the five losses, each training a network on the same few samples.
 
-The report chose its loss by such a comparison: 50 samples, and the eye. Here the networks start from the same weights,
-see the same mini-batches and are measured as well, on these samples and on others.
+The report chose its loss by such comparisons, on 50 samples and by eye. Here the networks start from the same weights,
+see the same mini-batches, and are also measured, on these samples and on others.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.errors import check_integer
 from bobrossnet.support.progress import Report, progress
 
-SAMPLES = 50  # to train on, as in the report
-OTHERS = 100  # to measure on, of the validation split
+SAMPLES = 50  # training samples, as in the report
+OTHERS = 100  # further samples for measurement, from the validation split
 STEPS = 400  # 80 epochs: about 130 s of one core for each loss
-BATCH = 10  # samples a mini-batch; of the report's 32, the same time gives a third of the steps
-AVERAGE = 0.98  # decay of the average of the weights: AdaDelta's losses go up and down by half of themselves
-SHOWN_FRACTION = 0.25  # of the pixels traced in the pictures that are shown
-TRAINED, UNSEEN = "trained on", "unseen"  # the two sets
+BATCH = 10  # samples of a mini-batch; with the report's 32 the same time gives a third of the steps
+AVERAGE = 0.98  # decay of the moving average of weights: AdaDelta's losses oscillate by half of their value
+SHOWN_FRACTION = 0.25  # share of traced pixels in the displayed pictures
+TRAINED, UNSEEN = "trained on", "unseen"  # names of the two sets
 MEASURES = ("ssim", "l1", "l2", "contrast", "sharpness")
 
 
 @dataclass(frozen=True)
 class Completed:
-    """A sample as each network completes it.
+    """A sample completed by each network.
 
     Attributes
     ----------
-    samples : of which set it is
+    samples : name of its set
     part : GBuffer, the traced pixels
     reference : (128, 128) float32, the whole picture
-    images : by loss: (128, 128) float32 in 0..1, the network's own output, clamped
+    images : by loss: (128, 128) float32 in 0..1, the raw network output, clamped
     scores : by loss: SSIM
     """
 
@@ -63,16 +63,16 @@ class Completed:
 
 @dataclass(frozen=True)
 class LossComparison:
-    """What `compare_losses` found.
+    """The result of `compare_losses`.
 
     Attributes
     ----------
     steps : mini-batches for each loss
-    counts : by set, `TRAINED` and `UNSEEN`: how many samples
+    counts : by set, `TRAINED` and `UNSEEN`: number of samples
     scores : by loss and set: the numbers of `MEASURES`
-        SSIM, L1 and L2 are means over the samples, of the network's own output, clamped to 0..1. Contrast is the
-        standard deviation over the pixels of a sample, sharpness the mean difference of neighbours, both summed over
-        the samples and divided by the references' sum: 1 is right, less is flat or blurred, more is noisy.
+        SSIM, L1 and L2 are means over the samples, of the raw network output, clamped to 0..1. Contrast is the standard
+        deviation over a sample's pixels, sharpness the mean difference of neighbours, both summed over the samples and
+        divided by the references' sum: 1 is ideal, below 1 is flat or blurred, above 1 is noisy.
     shown : samples to show, one of each set
     """
 
@@ -101,25 +101,25 @@ def compare_losses(
     network: str = "paper",
     seed: int = 0,
 ) -> LossComparison:
-    """Train a network with each loss on the same few samples, and measure all of them.
+    """Train a network with each loss on the same few samples, and measure all networks.
 
-    Same first weights, same mini-batches, AdaDelta, and the average of the last weights; the loss is of the network's
-    own output at every pixel, as in the report.
+    All have the same initial weights and mini-batches, AdaDelta, and a moving average of the weights. As in the report,
+    the loss is computed on the raw network output at every pixel.
 
     Parameters
     ----------
     dataset : Dataset
-    samples : how many to train on, drawn from the training split with all its stages
-    unseen : how many to measure on besides, of the validation split
+    samples : number of training samples, drawn from the training split with all stages
+    unseen : number of further samples to measure, from the validation split
     steps : mini-batches for each loss
-    batch : samples of each; the samples are shuffled anew in each epoch
+    batch : samples of a mini-batch; the samples are reshuffled in each epoch
     network : a name in `NETWORKS`
-    seed : of samples, mini-batches and first weights
+    seed : of samples, mini-batches and initial weights
 
     Raises
     ------
     InputError
-        If a number is out of its range.
+        If a number is out of range.
     """
     check_integer("steps", steps, 0, 2**31 - 1)
     config = TrainConfig(network=network, batch=batch, optimizer="adadelta", learning_rate=1.0, seed=seed)
@@ -144,12 +144,12 @@ def compare_losses(
 
 
 def draw_losses(sources: Sources) -> Drawing:
-    """Compare the losses, and draw reference, sampled region and the five completions of a sample of each set."""
+    """Compare the losses, and draw reference, sampled region and the five completions for a sample of each set."""
     return show_losses(compare_losses(data_of(sources), steps=sources.steps, seed=sources.seed))
 
 
 def show_losses(comparison: LossComparison) -> Drawing:
-    """Draw what was found, a row for each sample that is shown."""
+    """Draw the comparison, a row for each displayed sample."""
     rows, columns = len(comparison.shown), 2 + len(OF_REPORT)
     figure, grid = picture_grid(rows, columns, (PATCH, PATCH), above=0.28, between=0.33, left=0.16)
     for axes, sample in zip(grid, comparison.shown, strict=True):
@@ -165,21 +165,21 @@ def show_losses(comparison: LossComparison) -> Drawing:
         means.append(f"{loss_title(loss)} {seen:.3f} / {other:.3f}")
     return Drawing(
         figure,
-        f"A network trained with each loss on the same {trained} samples: same first weights, same mini-batches, "
-        f"{comparison.steps} steps of AdaDelta. Its own output for one of these samples and for an unseen one. "
+        f"A network trained with each loss on the same {trained} samples, from the same weights and mini-batches, in "
+        f"{comparison.steps} steps of AdaDelta. The raw output for a training sample and an unseen one. "
         f"Mean SSIM of all {trained} samples / of {unseen} unseen ones: {', '.join(means)}.",
         comparison.csv(),
     )
 
 
 def loss_title(name: str) -> str:
-    """Return a loss's name as people write it: "ssim+l2" is "SSIM + L2"."""
+    """Return a loss's display name: "ssim+l2" is "SSIM + L2"."""
     return name.upper().replace("+", " + ")
 
 
 def _train(loss: str, samples: Batch, config: TrainConfig, steps: int, report: Report) -> Network:
-    """Return the average of a network's weights over the last steps of its training."""
-    with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they were
+    """Return the moving average of a network's weights at the end of its training."""
+    with torch.random.fork_rng(devices=[]):  # keeps the caller's random state
         torch.manual_seed(config.seed)
         network = NETWORKS[config.network].from_settings({"groups": config.groups})
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
@@ -204,7 +204,7 @@ def _train(loss: str, samples: Batch, config: TrainConfig, steps: int, report: R
 
 @torch.no_grad()
 def _outputs(network: Network, samples: Batch) -> Tensor:
-    """Return what the network makes of all samples, (n, 1, 128, 128), clamped; a few at a time to bound memory."""
+    """Return the clamped network outputs for all samples, (n, 1, 128, 128), in chunks to bound memory."""
     return torch.cat([network(partial) for partial in torch.split(samples.partial, 10)]).clamp(0, 1)
 
 
@@ -229,9 +229,9 @@ def _gradient(picture: Tensor) -> Tensor:
 
 
 def _completed(name: str, samples: Batch, outputs: Mapping[str, Tensor]) -> Completed:
-    """Choose the sample with the most edges among those of the fraction to show, and collect what was made of it."""
+    """Return the sample with the most edges at the displayed share of pixels, with its completions."""
     edges = _gradient(samples.reference).numpy()
-    nearness = -np.abs(samples.fractions - SHOWN_FRACTION)  # toy sets may lack the fraction
+    nearness = -np.abs(samples.fractions - SHOWN_FRACTION)  # small sets may lack the fraction
     chosen = int(np.lexsort((edges, nearness))[-1])
     reference = samples.reference[chosen, 0].numpy()
     return Completed(
@@ -244,5 +244,5 @@ def _completed(name: str, samples: Batch, outputs: Mapping[str, Tensor]) -> Comp
 
 
 def _part(report: Report, start: float, share: float, what: str) -> Report:
-    """Return a report for a part of the work."""
+    """Return a report function for a part of the work."""
     return lambda done, note="": report(start + share * done, f"{what} {note}")

@@ -14,11 +14,11 @@ from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
 
 SHAPES = 5
-LEAST = 0.25  # share of a patch's pixels with a surface: less shows nothing of its shape
+LEAST = 0.25  # minimum share of hit pixels in a patch: with fewer, the shape is not recognisable
 
 
 def draw_samples(sources: Sources) -> Drawing:
-    """Draw a patch of some shapes: its five samples, what was not traced green, and their reference."""
+    """Draw a patch of several shapes: its five samples over green, and their reference."""
     data = data_of(sources)
     rng = np.random.default_rng(sources.seed)
     shapes = np.sort(rng.permutation(data.plan.shapes)[:SHAPES])
@@ -42,13 +42,13 @@ def draw_samples(sources: Sources) -> Drawing:
         row[0].text(-0.05, 0.5, label, transform=row[0].transAxes, rotation=90, ha="right", va="center")
     return Drawing(
         figure,
-        f"Samples of the data set of {data.plan.samples:,}: patches of {PATCH} x {PATCH} pixels of pictures of the "
-        "sizes at the left, with the share of the pixels that has been traced, and the reference. Green: not traced. "
-        f"Patches drawn at random from those with a surface on at least {100 * LEAST:g} % of their pixels.",
+        f"Samples of the data set of {data.plan.samples:,}: patches of {PATCH} x {PATCH} pixels and their reference. "
+        "The sizes of the views are at the left, the traced shares above. Green: not traced. "
+        f"The patches are random among all with a surface on at least {100 * LEAST:g} % of their pixels.",
     )
 
 
 def _name(data: Dataset, shape: int) -> str:
-    """Return a few words for a shape: its number, or its file's name."""
+    """Return a short name for a shape: its number, or its file's name."""
     source = data.sources[shape]
     return f"shape {shape}" if source.startswith("made ") else Path(source).stem[:16]

@@ -1,4 +1,4 @@
-"""Figure 6.2: mean SSIM by the share of traced pixels, beside the report's and beside interpolation."""
+"""Figure 6.2: mean SSIM by share of traced pixels, compared with the report's and with interpolation."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURP
 from bobrossnet.support.errors import InputError
 
 Means = Mapping[str, Mapping[float, float]]
-"""By method and share of traced pixels: mean SSIM."""
+"""Mean SSIM by method and share of traced pixels."""
 
 FILLINGS = {"delaunay-linear": ORANGE, "pull-push": GREEN, "nearest": PURPLE, "telea": GRAY}
-DENSE = 0.25  # from here on, the right panel shows more closely
+DENSE = 0.25  # start of the right panel's closer view
 
 
 def draw_scores(sources: Sources) -> Drawing:
-    """Draw the means of an evaluation."""
+    """Draw an evaluation's means."""
     if sources.scores is None:
         raise LeftOutError("it needs an evaluation's scores (--scores FILE.csv)")
     return show_scores(read_means(sources.scores))
 
 
 def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
-    """Read an evaluation's CSV file and return the mean SSIM by method and share of traced pixels, in its first order.
+    """Read an evaluation's CSV file and return the mean SSIM by method and share of traced pixels, for its first order.
 
     Raises
     ------
     InputError
-        If the file can't be read or holds something else.
+        If the file can't be read or has other contents.
     """
     try:
         text = Path(path).read_text("utf-8")
@@ -50,11 +50,11 @@ def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
 
 
 def show_scores(means: Means) -> Drawing:
-    """Draw means by share of traced pixels, all of them and the dense end more closely, above the report's table.
+    """Draw means by share of traced pixels, in full and enlarged at the dense end, above the report's table.
 
     Parameters
     ----------
-    means : by method, of which one ends in " raw" and one in " kept"; thin lines are drawn for `FILLINGS`
+    means : by method, including one ending in " raw" and one in " kept"; thin lines are drawn for `FILLINGS`
 
     Raises
     ------
@@ -101,9 +101,9 @@ def show_scores(means: Means) -> Drawing:
         cell.set_linewidth(0.4)
     return Drawing(
         figure,
-        f"Mean SSIM by the share of traced pixels. {raw}: the network's own output, as the report measured it; {kept}: "
-        "traced pixels kept, as in all of the fillings, thin lines. Right: the same from "
-        f"{100 * DENSE:g} % on. The report's numbers are of its own shapes.",
+        f"Mean SSIM by the share of traced pixels. {raw}: the network's output, as in the report. {kept}: with traced "
+        "pixels kept, as in the fillings (thin lines). Right: the same from "
+        f"{100 * DENSE:g} % on. The report used other shapes.",
         "\n".join(
             ["method,fraction,ssim"]
             + [f"{name},{fraction:g},{mean:.6f}" for name, line, *_ in lines for fraction, mean in line.items()]

@@ -1,4 +1,4 @@
-"""Temporal stability: how much of the change from frame to frame of a converging picture is flicker."""
+"""Temporal stability: the share of flicker in the frame-to-frame change of a converging picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHAPES = (FIRST + 2, FIRST + 6, FIRST + 13)  # procedural scenes
 
 
 def draw_stability(sources: Sources) -> Drawing:
-    """Measure, and draw the flicker of converging pictures over the share of pixels traced, beside that of orbits."""
+    """Measure and draw the flicker of converging pictures by share of traced pixels, and of orbits."""
     scenes: Scenes = {
         "the scene": lambda: sources.scene,
         **{f"made {number}": partial(procedural_scene, number) for number in SHAPES},
@@ -27,14 +27,14 @@ def draw_stability(sources: Sources) -> Drawing:
 
 
 def show_stability(stability: Stability) -> Drawing:
-    """Draw what was measured with the first of the orders."""
+    """Draw the results for the first order."""
     figure = new_figure(PAGE, 2.4)
     converging, totals, orbit = figure.subplots(1, 3, width_ratios=[2.2, 1, 1.2])
     names = [method for method, order in stability.frames if order == stability.orders[0]]
     colors = [FILLING_COLORS.get(name, SKY if repaints(name) else BLUE) for name in names]
     for name, color in zip(names, colors, strict=True):
         flicker = LEVELS * stability.mean(name)[1:, 1]
-        flicker[flicker < 1e-6] = np.nan  # none, but for rounding: nothing that a logarithm can show
+        flicker[flicker < 1e-6] = np.nan  # zero up to rounding: a logarithm can't show it
         converging.plot(100 * stability.fractions[1:], flicker, color=color, label=name)
     converging.set(xlabel="pixels traced, %", ylabel="flicker per frame, gray levels of 255", yscale="log")
     converging.set_title(
@@ -63,10 +63,10 @@ def show_stability(stability: Stability) -> Drawing:
     orbit.grid(axis="y")
     return Drawing(
         figure,
-        "Temporal stability. Left: change from frame to frame of a converging picture that is not progress towards the "
-        f"truth, mean |x - x'| - (mean |x' - r| - mean |x - r|), from {100 * stability.fractions[0]:g} % of the pixels "
-        f"to all in {len(stability.fractions)} frames. Middle: the sum over the frames as a share of all change. "
-        "Right: on an orbit, where each frame traces other pixels, change that is not the truth's own, "
-        f"mean |(x - x') - (r - r')|. Means of {len(stability.shapes)} views.",
+        f"Temporal stability, means of {len(stability.shapes)} views. Left: flicker of a converging picture, from "
+        f"{100 * stability.fractions[0]:g} % of the pixels to all in {len(stability.fractions)} frames. It is the "
+        "change that is no progress towards the reference r: mean |x - x'| - (mean |x' - r| - mean |x - r|). "
+        "Middle: the sum over the frames as a share of all change. Right: flicker on an orbit, where each frame traces "
+        "other pixels: mean |(x - x') - (r - r')|.",
         stability.csv(),
     )

@@ -1,4 +1,4 @@
-"""Figures 6.3 and 6.4: a shape at growing shares of traced pixels, completed, beside the reference."""
+"""Figures 6.3 and 6.4: a shape at increasing shares of traced pixels, completed, and the reference."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ F32 = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Stage:
-    """A view with a share of its pixels traced.
+    """A view at one share of traced pixels.
 
     Attributes
     ----------
     part : GBuffer, the traced pixels
     completed : (H, W) float32 in 0..1, traced pixels kept
-    raw : (H, W) float32 in 0..1, the network's own output, clamped
-    completed_ssim, raw_ssim : of the two
+    raw : (H, W) float32 in 0..1, the raw network output, clamped
+    completed_ssim, raw_ssim : SSIM of the two
     """
 
     part: bob.GBuffer
@@ -44,19 +44,19 @@ class Stage:
 def complete_stages(
     full: bob.GBuffer, fractions: Sequence[float], *, model: NetworkLike = "default", seed: int = 0
 ) -> list[Stage]:
-    """Complete a view from growing shares of its pixels, as a picture that converges.
+    """Complete a view from increasing shares of its pixels, as in a converging picture.
 
     Parameters
     ----------
     full : GBuffer, every pixel traced
     fractions : shares of the pixels, each in (0, 1]
     model : name of shipped weights, a .safetensors file, or a loaded network
-    seed : of the order of the pixels
+    seed : of the pixel order
 
     Raises
     ------
     InputError
-        If pixels of `full` were not traced, or another argument can't be used.
+        If pixels of `full` are untraced, or another argument is invalid.
     """
     if not full.mask.all():
         raise InputError(f"full: expected every pixel traced, got {full!r}")
@@ -70,12 +70,12 @@ def complete_stages(
 
 
 def draw_sparse(sources: Sources) -> Drawing:
-    """Draw the shape with few of its pixels traced."""
+    """Draw the shape at low shares of traced pixels."""
     return _draw(sources, SPARSE)
 
 
 def draw_dense(sources: Sources) -> Drawing:
-    """Draw the shape with many of its pixels traced, and all."""
+    """Draw the shape at high shares of traced pixels, up to all."""
     return _draw(sources, DENSE)
 
 
@@ -93,19 +93,19 @@ def _draw(sources: Sources, fractions: Sequence[float]) -> Drawing:
         show_picture(column[2], stage.raw, f"output: SSIM {_text(stage.raw_ssim)}")
     return Drawing(
         figure,
-        f"A shape in {size[1]} x {size[0]} pixels partly traced. Top: the traced pixels, the others green. "
-        "Middle: completed, the traced pixels kept. Bottom: the network's own output at every pixel. SSIM against the "
+        f"A shape in {size[1]} x {size[0]} pixels, partly traced. Top: the traced pixels, the others green. "
+        "Middle: completed, with traced pixels kept. Bottom: the network's output at every pixel. SSIM against the "
         "reference at the left.",
         stages_csv(stages),
     )
 
 
 def stages_csv(stages: Sequence[Stage]) -> str:
-    """Return the scores as CSV, a line for each stage."""
+    """Return the scores as CSV, a row for each stage."""
     lines = [f"{stage.part.fraction:.6f},{stage.completed_ssim:.6f},{stage.raw_ssim:.6f}" for stage in stages]
     return "\n".join(["fraction,completed_ssim,raw_ssim", *lines, ""])
 
 
 def _text(ssim: float) -> str:
-    """Three digits, but 1 only for what is exact."""
+    """Format an SSIM with three digits; 1 is reserved for exact pictures."""
     return "1" if ssim == 1 else f"{min(ssim, 0.999):.3f}"

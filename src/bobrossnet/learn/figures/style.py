@@ -1,4 +1,4 @@
-"""How figures look: one style, sizes and colours for a paper of two columns, and files that are the same every time."""
+"""The style of figures: sizes and colours for a two-column paper, and deterministic files."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from bobrossnet.picture.files import to_8_bit
 from bobrossnet.picture.order import Size
 from bobrossnet.support.atomic import check_writable, write_whole
 
-COLUMN = 3.5  # inches wide: one column of a page
-PAGE = 7.16  # both columns and what is between them
+COLUMN = 3.5  # inches, width of one column
+PAGE = 7.16  # inches, width of both columns and their gap
 DPI = 300  # of PNG files, and of pictures within SVG files
 ENDINGS = (".svg", ".png")
 
@@ -35,12 +35,12 @@ BLUE, ORANGE, GREEN, PURPLE, SKY, RED, YELLOW, BLACK = PALETTE = (
     "#f0e442",
     "#000000",
 )
-"""Okabe and Ito's colours, which people see as different who don't see all colours (*Color Universal Design*, 2008)."""
+"""Okabe and Ito's palette, distinguishable with colour vision deficiencies (*Color Universal Design*, 2008)."""
 
-GRAY = "#666666"  # for what is less important
+GRAY = "#666666"  # for secondary content
 
 _STYLE: Any = {
-    # matplotlib's own font: there wherever the package is, so that figures are the same everywhere.
+    # matplotlib's default font, always installed, so that figures are the same everywhere.
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],
     "font.size": 7,
@@ -64,37 +64,37 @@ _STYLE: Any = {
     "figure.dpi": DPI,
     "savefig.dpi": DPI,
     "figure.facecolor": "white",
-    "svg.fonttype": "none",  # text stays text
-    "svg.hashsalt": "bobrossnet",  # the same names within a file every time
+    "svg.fonttype": "none",  # keeps text as text
+    "svg.hashsalt": "bobrossnet",  # deterministic names within the file
 }
 
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Make figures within the block look alike; afterwards matplotlib's settings are those from before."""
+    """Apply the figure style within the block; matplotlib's settings are restored afterwards."""
     with matplotlib.rc_context(_STYLE):
         yield
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of a size in inches, whose contents make room for each other."""
+    """Return an empty figure, with a size in inches and automatic layout."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def picture_grid(
     rows: int, columns: int, size: Size, *, above: float = 0.16, between: float = 0.21, left: float = 0.0
 ) -> tuple[Figure, NDArray[np.object_]]:
-    """Return a figure of axes for pictures, no wider than a page, and the axes, (rows, columns).
+    """Return a figure of axes for pictures, at most as wide as a page, and the axes, (rows, columns).
 
-    Each pixel of a picture is a square of the same whole number of the PNG file's pixels, as large as fits; a picture
-    too large for that is shrunk.
+    Each pixel of a picture covers a square of the same integer number of the PNG file's pixels, as large as fits;
+    larger pictures are downscaled.
 
     Parameters
     ----------
-    rows, columns : how many
+    rows, columns : numbers of rows and columns
     size : (height, width) of the pictures, in pixels
     above, between : inches above the first row, and between rows
-        0.16 hold a line of title, and 0.05 are as much as between columns.
+        0.16 leaves room for one line of title; 0.05 equals the gap between columns.
     left : inches left of the first column
     """
     height, width = size
@@ -119,7 +119,7 @@ def picture_grid(
 
 
 def show_picture(axes: Axes, picture: NDArray[Any], title: str = "") -> None:
-    """Show a picture with its pixels as they are, without axes.
+    """Show a picture with unfiltered pixels, without axes.
 
     Parameters
     ----------
@@ -135,18 +135,18 @@ def show_picture(axes: Axes, picture: NDArray[Any], title: str = "") -> None:
 
 
 def figure_paths(path: str | os.PathLike[str]) -> list[Path]:
-    """Return the files of a figure whose path, without an ending, is given; all can be written.
+    """Return the files of a figure for a path without an ending; all of them can be written.
 
     Raises
     ------
     InputError
-        If one can't.
+        If a file can't be written.
     """
     return [check_writable(f"{os.fspath(path)}{ending}") for ending in ENDINGS]
 
 
 def save(figure: Figure, path: str | os.PathLike[str], description: str = "") -> None:
-    """Write a figure as PATH.svg and PATH.png, each whole or not at all.
+    """Write a figure as PATH.svg and PATH.png; a failed write leaves no file.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def save(figure: Figure, path: str | os.PathLike[str], description: str = "") ->
     with style():
         for file in paths:
             content = io.BytesIO()
-            # Neither a date nor a version: files of the same figure are the same.
+            # No date or version, so that files of the same figure are equal.
             metadata = {"Date": None, "Creator": None} if file.suffix == ".svg" else {"Software": None}
             figure.savefig(content, format=file.suffix[1:], metadata={**metadata, "Description": description or None})
             contents.append(content.getvalue())

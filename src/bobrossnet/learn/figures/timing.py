@@ -1,4 +1,4 @@
-"""Figure 6.1: what completing a picture takes."""
+"""Figure 6.1: time of a completion."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ RUNS = 11
 FRACTION = 0.1
 
 REPORT_SIZE, REPORT_MS = (480, 640), 80.0
-"""What the report says of a GeForce GTX 870M: pictures of this size, and smaller ones, in no more than that."""
+"""The report's upper bound for pictures up to this size on a GeForce GTX 870M."""
 
 
 def measure(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = RUNS) -> NDArray[np.float64]:
     """Return the milliseconds of `bob.complete`, (sizes, runs).
 
-    The sizes take turns, so that other load on the machine affects all alike.
+    The sizes alternate, so that other load on the machine affects all equally.
     """
     model = load_network(sources.weights)
     parts = [bob.trace(sources.scene, sources.camera, size=size, fraction=FRACTION) for size in sizes]
     elapsed_ms = np.empty((len(sizes), runs))
     for run in range(runs):
         for i, part in enumerate(parts):
-            bob.complete(part, model=model)  # fetches this size's memory
+            bob.complete(part, model=model)  # allocates this size's memory
             start = time.perf_counter()
             bob.complete(part, model=model)
             elapsed_ms[i, run] = 1000 * (time.perf_counter() - start)
@@ -42,7 +42,7 @@ def measure(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = RUNS)
 
 
 def draw_timing(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = RUNS) -> Drawing:
-    """Draw the median time against the pixels, with the line through the origin that fits best."""
+    """Draw the median time by number of pixels, with the best-fitting line through the origin."""
     elapsed_ms = measure(sources, sizes, runs)
     low, median, high = np.quantile(elapsed_ms, (0.25, 0.5, 0.75), axis=1)
     megapixels = np.prod(sizes, axis=1) / 1e6
@@ -64,12 +64,12 @@ def draw_timing(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = R
         line: f"{slope:.3g} ms a megapixel",
         theirs: "the report, at most (GeForce GTX 870M, WebGL)",
     }
-    axes.legend(labels.keys(), labels.values(), loc="lower left", bbox_to_anchor=(0, 1))  # above, where no point can be
+    axes.legend(labels.keys(), labels.values(), loc="lower left", bbox_to_anchor=(0, 1))  # above, outside the data
     shortest, longest = sizes[0], sizes[-1]
     return Drawing(
         figure,
-        f"Time to complete a picture, of {shortest[1]} x {shortest[0]} to {longest[1]} x {longest[0]} pixels: medians "
-        f"and quartiles of {runs} runs, and the line through the origin that fits best. {processor()}, threads: "
+        f"Time to complete a picture of {shortest[1]} x {shortest[0]} to {longest[1]} x {longest[0]} pixels: medians "
+        f"and quartiles of {runs} runs, and the best fit through the origin. {processor()}, threads: "
         f"{bob.thread_count()}, instructions: {_core.isa()}. The report gives {REPORT_MS:g} ms or less for "
         f"{REPORT_SIZE[1]} x {REPORT_SIZE[0]}.",
     )

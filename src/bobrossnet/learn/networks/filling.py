@@ -1,9 +1,9 @@
-"""A completion without learning: pull-push by Gaussian means, of the surface's gray and of where there is a surface.
+"""Completion without learning: pull-push by Gaussian means of coverage and of the surface's gray.
 
-The traced pixels are counted over blocks of 2, 4, ... 64 pixels. From the coarsest level on, two pictures are doubled
-in size and corrected: by what the traced pixels of a block tell, or else by what those of the blocks around it do. One
-is the coverage, the share of the pixels that show a surface, the other the gray of that surface alone. Their product
-has silhouettes that stay sharp: what lies between surface and background is soft in the coverage, which is sharpened.
+The traced pixels are counted over blocks of 2, 4, ... 64 pixels. From the coarsest level on, two pictures are upsampled
+and corrected by the traced pixels of each block, or of the neighbouring blocks if it has no traced pixels. One picture
+is the coverage, the share of surface pixels; the other is the gray of the surface alone. Their product keeps sharp
+silhouettes: the transition between surface and background is in the coverage, which is sharpened.
 
 Its sibling is core/completion/filling.cpp, step for step. Letters in shape comments as in pyramid.py.
 """
@@ -22,11 +22,11 @@ from bobrossnet.learn.networks.paper import pad
 from bobrossnet.learn.networks.pyramid import crop, upsample
 
 LEVELS = 6  # blocks of the coarsest have 64 x 64 pixels
-# How little of a Gaussian mean's weight must be known to count for half. .15 is better by .0002 of SSIM at 1 % of the
-# pixels and worse by .0007 at 5 %; .01 is worse by .001 at 1 %.
+# Weight at which a Gaussian mean counts half. .15 gains .0002 of SSIM at 1 % of the pixels and loses .0007 at 5 %;
+# .01 loses .001 at 1 %.
 SOFTNESS = 0.05
-# From a coverage of 1/2 on, by how much steeper the picture ends than the coverage. 4 leaves a lower mean error and a
-# lower SSIM, by .0015 at 1 and 5 % of the pixels; 1 loses .03 and .002.
+# Slope of the picture's coverage at 1/2, relative to the filled coverage. 4 gives a lower mean error and a lower SSIM,
+# by .0015 at 1 and 5 % of the pixels; 1 loses .03 and .002.
 SHARPNESS = 2.0
 
 
@@ -36,18 +36,18 @@ class Filling(Network):
     References
     ----------
     Kraus, *The pull-push algorithm revisited*, 2009; Knutsson and Westin, *Normalized and differential convolution*,
-    1993, for means over what is known.
+    1993, for means over known values.
     """
 
     inputs: ClassVar[str] = "mask,gray"
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Filling:
-        """Return the filling: there is nothing to set."""
+        """Return the filling; it has no settings."""
         return cls()
 
     def settings(self) -> Mapping[str, int | str]:
-        """Return what `from_settings` needs to make this network again."""
+        """Return the arguments of `from_settings` for this network."""
         return {}
 
     def forward(self, gbuffer: Tensor) -> Tensor:
@@ -59,7 +59,7 @@ class Filling(Network):
             mask and gray, 0 where not traced; background is where gray is 0. Any H and W of at least 1.
         """
         mask, gray = gbuffer[:, :1], gbuffer[:, 1:]
-        counts = [torch.cat([mask, mask * (gray != 0), gray], 1)]  # of each level: traced, shown, gray
+        counts = [torch.cat([mask, mask * (gray != 0), gray], 1)]  # traced, on a surface, sum of gray
         for _ in range(LEVELS):
             counts.append(4 * functional.avg_pool2d(pad(counts[-1], 2), 2))
 
@@ -75,12 +75,12 @@ class Filling(Network):
 
 
 def correct(expected: Tensor, count: Tensor, sum: Tensor) -> Tensor:
-    """Correct what is expected of blocks by the surprise of their pixels, or of those of the blocks around.
+    """Correct the expected values of blocks by the residual of their pixels, or of the neighbouring blocks' pixels.
 
     Parameters
     ----------
     expected, count, sum : (N, 1, h, w)
-        Of each block the expected value, how many of its pixels have one, and these' sum.
+        Expected value of each block, number of its known pixels, and their sum.
     """
     surprise = sum - count * expected
     here = surprise / count.clamp(min=1)
@@ -89,6 +89,6 @@ def correct(expected: Tensor, count: Tensor, sum: Tensor) -> Tensor:
 
 
 def gaussian(x: Tensor) -> Tensor:
-    """Smooth by 3x3 pixels of weights 1, 2, 1 in each direction: (N, 1, h, w), zeros around."""
+    """Smooth by a 3x3 kernel with weights 1, 2, 1 along each axis: (N, 1, h, w), zero padding."""
     kernel = x.new_tensor([[1, 2, 1], [2, 4, 2], [1, 2, 1]])[None, None] / 16
     return functional.conv2d(x, kernel, padding=1)

@@ -1,7 +1,8 @@
-"""The interpolation between traced pixels of the lattice that agree, which `complete` blends a network's picture with.
+"""Interpolation between agreeing traced pixels of the lattice, which `complete` blends with a network's picture.
 
-A loss of the completed picture needs it as tensors. Its sibling is core/completion/interpolation.cpp, step for step.
-Letters in shape comments: N pictures, H and W their size, h and w those of a lattice, one pixel in `step` each way.
+Losses of the completed picture need it as tensors. Its sibling is core/completion/interpolation.cpp, step for step.
+Letters in shape comments: N pictures, H and W their size, h and w of a lattice with one pixel in `step` along each
+axis.
 """
 
 from __future__ import annotations
@@ -12,20 +13,20 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-MOST_CONTRAST = 0.15  # of corners; the core's
-LONGEST_PAIR = 4  # pixels between corners of which two opposite ones are enough; the core's
-FIRST = 21  # row and column of the first pixel of the coarsest lattice; the core's
-COARSEST = 64  # its step
-BLACK = -1.0  # contrast of background: nothing is interpolated there
+MOST_CONTRAST = 0.15  # maximum contrast of corners, as in the core
+LONGEST_PAIR = 4  # maximum distance in pixels of opposite corners that suffice as a pair, as in the core
+FIRST = 21  # row and column of the coarsest lattice's first pixel, as in the core
+COARSEST = 64  # step of the coarsest lattice
+BLACK = -1.0  # contrast of background, which is not interpolated
 UNKNOWN = float("inf")  # contrast of corners that disagree
 
-Offsets = tuple[tuple[int, int], ...]  # rows and columns; opposite corners follow each other
+Offsets = tuple[tuple[int, int], ...]  # rows and columns, opposite corners in pairs
 DIAGONAL: Offsets = ((-1, -1), (1, 1), (-1, 1), (1, -1))
 STRAIGHT: Offsets = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
 def interpolated(gray: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
-    """Interpolate the lattice, from its coarsest squares to its pixels.
+    """Interpolate the lattice, from the coarsest squares down to pixels.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def interpolated(gray: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
     Returns
     -------
     value : (N, 1, H, W), 0 where traced and where corners disagree
-    weight : (N, 1, H, W) in 0..1, by which the value replaces a network's
+    weight : (N, 1, H, W) in 0..1, the weight of the value in the blend with a network's picture
     """
     traced = mask > 0
     contrast_of_traced = torch.where(traced & (gray == 0), BLACK, torch.where(traced, 0.0, UNKNOWN))
@@ -54,7 +55,7 @@ def interpolated(gray: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def blend(image: Tensor, value: Tensor, weight: Tensor) -> Tensor:
-    """Replace a network's picture by interpolated values as far as they count, all (N, 1, H, W)."""
+    """Blend a network's picture with interpolated values by their weight, all (N, 1, H, W)."""
     return image + (value - image) * weight
 
 
@@ -84,7 +85,7 @@ def _refine(
 
 
 def _neighbours(plane: Tensor, rows: slice, columns: slice, offsets: Offsets) -> Tensor:
-    """Return four neighbours of every other pixel: (N, 1, h, w) → (4, N, 1, h', w'), 0 outside."""
+    """Return four neighbours of every second pixel: (N, 1, h, w) → (4, N, 1, h', w'), 0 outside."""
     padded = pad(plane, (1, 1, 1, 1))
     h, w = plane.shape[-2:]
     return torch.stack(
@@ -94,13 +95,13 @@ def _neighbours(plane: Tensor, rows: slice, columns: slice, offsets: Offsets) ->
 
 @lru_cache(maxsize=256)
 def _present(h: int, w: int, row: int, column: int, offsets: Offsets, device: torch.device) -> Tensor:
-    """Return which of those neighbours lie in the lattice, (4, 1, 1, h', w')."""
+    """Return a mask of the neighbours inside the lattice, (4, 1, 1, h', w')."""
     there = torch.ones(1, 1, h, w, device=device)
     return _neighbours(there, slice(row, None, 2), slice(column, None, 2), offsets) > 0
 
 
 def _mean_of_corners(values: Tensor, contrasts: Tensor, present: Tensor, by_pairs: bool) -> tuple[Tensor, Tensor]:
-    """Return the value and the contrast between four corners, (4, N, 1, h', w') → (N, 1, h', w') each."""
+    """Return value and contrast between four corners, (4, N, 1, h', w') → (N, 1, h', w') each."""
     worst = torch.where(present, contrasts, BLACK).amax(0)
     low, high = torch.where(present, values, UNKNOWN).amin(0), torch.where(present, values, -UNKNOWN).amax(0)
     mean = torch.where(present, values, 0.0).sum(0) / present.sum(0)

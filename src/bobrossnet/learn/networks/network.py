@@ -1,4 +1,4 @@
-"""What all networks have in common: partial G-buffer in, gray picture out, and settings that a weight file can hold."""
+"""The base class of all networks, from a partial G-buffer to a gray picture, with settings for weight files."""
 
 from __future__ import annotations
 
@@ -14,44 +14,43 @@ from bobrossnet import _core
 
 
 class Network(nn.Module):
-    """A network that maps the planes of its inputs, (N, C, H, W), to its outputs, (N, 1, H, W), for any H and W of at
-    least 1."""
+    """A network from planes, (N, C, H, W), to pictures, (N, 1, H, W), for any H and W of at least 1."""
 
     inputs: ClassVar[str] = "mask,gray,depth,normal"
-    """The names of the channels that it sees, with commas between them."""
+    """Comma-separated names of its input channels."""
     outputs: ClassVar[str] = "gray"
 
     @classmethod
     def width(cls) -> int:
-        """Return how many planes the inputs have."""
+        """Return the number of input planes."""
         return _core.Layout(cls.inputs).width
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Network:
-        """Return the network of some settings, with new weights.
+        """Return the network with the given settings and new weights.
 
         Parameters
         ----------
         settings : mapping
-            A weight file's header, strings, or a `TrainConfig`'s fields; read are only those that `settings()` returns.
+            Strings of a weight file's header, or a `TrainConfig`'s fields; only the keys of `settings()` are read.
 
         Raises
         ------
         KeyError, ValueError
-            If one is missing, or can't be used.
+            If a setting is missing or invalid.
         """
         raise NotImplementedError
 
     def settings(self) -> Mapping[str, int | str]:
-        """Return what `from_settings` needs to make this network again."""
+        """Return the arguments of `from_settings` for this network."""
         raise NotImplementedError
 
     def multiply_adds(self, height: int = 480, width: int = 640) -> float:
-        """Return the multiply-adds of all convolutions for each pixel of a picture.
+        """Return the number of multiply-adds of all convolutions, divided by the number of pixels of a picture.
 
-        What runs at half the resolution counts a quarter for a pixel; what the network pads the picture with counts.
+        A layer at half the resolution adds a quarter; the network's padding is included.
         """
-        network = deepcopy(self).to("meta")  # shapes alone, nothing is computed
+        network = deepcopy(self).to("meta")  # shapes alone, without computation
         with torch.no_grad(), FlopCounterMode(display=False) as counter:
             network(torch.empty((1, self.width(), height, width), device="meta"))
         return float(counter.get_total_flops()) / 2 / (height * width)

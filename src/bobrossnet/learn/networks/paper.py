@@ -1,7 +1,7 @@
 """The report's network: a U-Net of six 3x3 convolutions, 10,346 parameters.
 
-Its sibling is core/completion/paper.cpp, step for step. Letters in shape comments: N pictures, C channels,
-H and W the padded picture's height and width.
+Its sibling is core/completion/paper.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W the
+padded picture's height and width.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Paper(Network):
     Parameters
     ----------
     groups : int
-        Groups of the two wide layers, `encode2` and `encoded`: 4 as in the report, 10,346 parameters; 1 for
-        full convolutions, 31,946. Divides 20.
+        Groups of the two wide layers, `encode2` and `encoded`: 4 as in the report, with 10,346 parameters; 1 for full
+        convolutions, with 31,946. Divides 20.
 
     Raises
     ------
@@ -51,7 +51,8 @@ class Paper(Network):
         self.decode2 = nn.Conv2d(5 + 20, 5, 3, padding=1)
         self.output = nn.Conv2d(5 + self.width(), 1, 3, padding=1)
         for layer in (self.encode1, self.encode2, self.encoded, self.decode1, self.decode2, self.output):
-            # He's initial weights: PyTorch's own lose a factor of about 2.4 in scale a layer before ReLU.
+            # He initialisation: with PyTorch's default the scale falls by a factor of about 2.4 in each layer before
+            # ReLU.
             nn.init.kaiming_normal_(layer.weight, nonlinearity="linear" if layer is self.output else "relu")
             nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
 
@@ -61,7 +62,7 @@ class Paper(Network):
         return cls(groups=int(settings["groups"]))
 
     def settings(self) -> dict[str, int]:
-        """Return what `from_settings` needs to make this network again."""
+        """Return the arguments of `from_settings` for this network."""
         return {"groups": self.groups}
 
     def forward(self, gbuffer: Tensor) -> Tensor:
@@ -75,7 +76,7 @@ class Paper(Network):
         height, width = gbuffer.shape[-2:]
         input = pad(gbuffer, self.multiple)  # (N, 5, H, W)
 
-        # ReLU after pooling, the same as before it, has a quarter of the pixels to do.
+        # ReLU after pooling gives the same result, on a quarter of the pixels.
         encode1 = relu(pool(self.encode1(input)))  # (N, 20, H/2, W/2)
         encode2 = relu(pool(self.encode2(encode1)))  # (N, 80, H/4, W/4)
         encoded = relu(self.encoded(shuffle(encode2, self.groups)))  # (N, 20, H/4, W/4)
@@ -88,7 +89,7 @@ class Paper(Network):
 
 
 def pad(x: Tensor, multiple: int) -> Tensor:
-    """Return `x` with zeros at the bottom and at the right, up to the next multiple."""
+    """Pad with zeros at the bottom and the right, up to the next multiple."""
     height, width = x.shape[-2:]
     return functional.pad(x, (0, -width % multiple, 0, -height % multiple))
 
@@ -104,10 +105,10 @@ def upsample(x: Tensor) -> Tensor:
 
 
 def shuffle(x: Tensor, groups: int) -> Tensor:
-    """Deal the channels of each group out to all groups, so that grouped layers in a row mix.
+    """Distribute each group's channels over all groups, so that consecutive grouped layers mix.
 
-    As in ShuffleNet, 2017: channel g · C/groups + i moves to i · groups + g. Done with the channels last in memory, as
-    training has them: they stay there, which the convolutions need to be fast.
+    As in ShuffleNet, 2017: channel g · C/groups + i moves to i · groups + g. It keeps the channels-last memory layout
+    of training, which fast convolutions need.
     """
     n, channels, height, width = x.shape
     pixels = x.permute(0, 2, 3, 1).reshape(n, height, width, groups, channels // groups)

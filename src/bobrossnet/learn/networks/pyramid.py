@@ -1,12 +1,12 @@
 """The default network: a pyramid of means over the traced pixels, completed from coarse to fine.
 
 The traced pixels are averaged over blocks of 2, 4, ... 64 pixels. From the coarsest level on, the picture is
-overwritten by the means of the blocks that have any, doubled in size, and corrected by two convolutions, which see what
-is known at this level, where in its block it lies, and what the coarser level hands on. So there is no need to learn
-averaging and interpolation, only what they get wrong.
+overwritten by the means of blocks with traced pixels, upsampled, and corrected by two convolutions. Their inputs are
+the level's means, the mean positions within the blocks, and the coarser level's features. So averaging and
+interpolation need not be learned, only the residual.
 
 Its sibling is core/completion/pyramid.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W
-the picture's height and width, padded to even ones, h and w those of a level, 2^level times smaller and rounded up.
+the picture's height and width, padded to even numbers, h and w of a level, 2^level times smaller and rounded up.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import pad
 from bobrossnet.support.errors import InputError
 
-FEATURES = "12,16,28,32,32,32"  # those of the default network, whose weight file doesn't say
+FEATURES = "12,16,28,32,32,32"  # defaults, also for a weight file without this setting
 HANDED_ON = "6,8,8,8,8"
-KNOWN, KNOWN_FINEST = 8, 11  # channels of what a level knows without the coarser one; level 1
+KNOWN, KNOWN_FINEST = 8, 11  # input channels of a level without the coarser one's; the same for level 1
 MOST = 1024  # channels
-SOFTNESS = 0.05  # of the Gaussian mean: how little of its weight must be known to count for half
+SOFTNESS = 0.05  # of the Gaussian mean: the weight at which it counts half
 
 
 class Pyramid(Network):
@@ -36,16 +36,16 @@ class Pyramid(Network):
     Parameters
     ----------
     features : str
-        Channels between the two convolutions of each level, from level 1 on, with commas between them: multiples of 4.
+        Comma-separated numbers of channels between the two convolutions of each level, from level 1 on: multiples of 4.
         Six levels have blocks of up to 64 x 64 pixels.
     handed_on : str
-        Channels that each level hands on to the finer one, from level 2 on: one number fewer. The first corrects the
-        gray.
+        Numbers of channels that each level passes to the finer one, from level 2 on: one number fewer. The first
+        channel corrects the gray.
 
     Raises
     ------
     InputError
-        If they aren't such numbers.
+        If the texts are not such numbers.
 
     Notes
     -----
@@ -55,7 +55,8 @@ class Pyramid(Network):
     References
     ----------
     Kraus, *The pull-push algorithm revisited*, 2009, for the pyramid; Shi et al., *Real-time single image and video
-    super-resolution using an efficient sub-pixel convolutional neural network*, 2016, for convolving before enlarging.
+    super-resolution using an efficient sub-pixel convolutional neural network*, 2016, for convolution before
+    upsampling.
     """
 
     def __init__(self, features: str = FEATURES, handed_on: str = HANDED_ON) -> None:
@@ -73,22 +74,22 @@ class Pyramid(Network):
             finer = nn.Conv2d(of_levels[level - 1], 4 * handed[level - 1], 3, padding=1)
             nn.init.kaiming_normal_(widen.weight, nonlinearity="relu")
             nn.init.kaiming_normal_(finer.weight, nonlinearity="linear")
-            finer.weight.data *= 0.3  # corrections begin small
+            finer.weight.data *= 0.3  # small initial corrections
             for name, layer in ((f"features{level}", widen), (f"finer{level}", finer)):
                 nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
                 self.add_module(name, layer)
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Pyramid:
-        """Return the network of a weight file's header or a configuration; the default's where that doesn't say."""
+        """Return the network for a weight file's header or a configuration, with defaults for omitted settings."""
         return cls(settings.get("features", FEATURES), settings.get("handed_on", HANDED_ON))
 
     def settings(self) -> dict[str, str]:
-        """Return what `from_settings` needs to make this network again."""
+        """Return the arguments of `from_settings` for this network."""
         return {"features": self.features, "handed_on": self.handed_on}
 
     def forward(self, gbuffer: Tensor) -> Tensor:
-        """Return the gray picture, (N, 1, H, W), linear and not clamped; 0 where there is background for sure.
+        """Return the gray picture, (N, 1, H, W), linear and not clamped; 0 on certain background.
 
         Parameters
         ----------
@@ -101,8 +102,8 @@ class Pyramid(Network):
         for level in range(1, self.levels + 1):
             sums.append(pull(pad(sums[-1], 2), level))
 
-        gray = torch.zeros_like(sums[self.levels][:, :1])  # (N, 1, h, w), guessed from the coarser levels
-        surface = torch.ones_like(gray)  # 0 where there is none for sure
+        gray = torch.zeros_like(sums[self.levels][:, :1])  # (N, 1, h, w), predicted from the coarser levels
+        surface = torch.ones_like(gray)  # 0 on certain background
         handed: list[Tensor] = []  # (N, handed_on, h, w)
         for level in range(self.levels, 0, -1):
             count, mean, position = means(sums[level], level)
@@ -112,7 +113,7 @@ class Pyramid(Network):
             knows = [gray, surprise, mean[:, 1:], count / (count + 1), position]
             finer_size = sums[level - 1].shape[-2:]
             gray = crop(upsample(gray + surprise), finer_size)
-            if level == 1:  # what is known of each pixel
+            if level == 1:  # inputs for each pixel
                 mask, surprise = pixels[:, :1], pixels[:, :1] * (pixels[:, 1:2] - gray)
                 knows = [knows[0], mean[:, 2:], unshuffle(mask), unshuffle(surprise)]
                 gray = gray + gaussian_mean(surprise, mask)
@@ -130,12 +131,12 @@ class Pyramid(Network):
 
 
 def channels(name: str, text: str) -> list[int]:
-    """Return the numbers of channels in a setting, at least 1 each.
+    """Parse the numbers of channels of a setting, at least 1 each.
 
     Raises
     ------
     InputError
-        If it has anything else.
+        If the text has other contents.
     """
     numbers = text.split(",") if text else []
     if not all(number.isascii() and number.isdecimal() and 0 < int(number) <= MOST for number in numbers):
@@ -144,34 +145,37 @@ def channels(name: str, text: str) -> list[int]:
 
 
 def pull(sums: Tensor, level: int) -> Tensor:
-    """Return a level's sums from those of the finer one: (N, 7, 2h, 2w) → (N, 7, h, w).
+    """Return a level's sums from the next finer one's: (N, 7, 2h, 2w) → (N, 7, h, w).
 
-    Of the traced pixels of each block: how many, gray, depth, normal x, normal y, and how far to the right of the
-    block's centre and below it they are, in pixels.
+    Sums over the traced pixels of each block: count, gray, depth, normal x, normal y, and the offsets to the right of
+    and below the block's centre, in pixels.
     """
     total = 4 * functional.avg_pool2d(sums, 2)
     upper_left, upper_right, lower_left, lower_right = torch.chunk(unshuffle(sums[:, :1]), 4, 1)
-    quarter = 2.0 ** (level - 2)  # of the block's side: how far the centres of its quarters are from its own
+    quarter = 2.0 ** (level - 2)  # distance of the quarters' centres from the block's, along each axis
     right = total[:, 5:6] + quarter * (upper_right + lower_right - upper_left - lower_left)
     down = total[:, 6:7] + quarter * (lower_left + lower_right - upper_left - upper_right)
     return torch.cat([total[:, :5], right, down], 1)
 
 
 def crop(x: Tensor, size: Sequence[int]) -> Tensor:
-    """Return the first rows and columns of pictures, as many as `size` says, (height, width)."""
+    """Crop pictures to their first rows and columns; `size` is (height, width)."""
     return x[..., : size[0], : size[1]]
 
 
 def means(sums: Tensor, level: int) -> tuple[Tensor, Tensor, Tensor]:
-    """Return how many pixels of each block were traced, (N, 1, h, w), and of those the mean gray, depth and normal,
-    (N, 4, h, w), and the mean position, (N, 2, h, w), in sides of the block; 0 where there are none."""
+    """Return the counts, means and positions of the traced pixels in each block.
+
+    (N, 1, h, w) counts; (N, 4, h, w) mean gray, depth and normal; (N, 2, h, w) mean position, in sides of the block. 0
+    in blocks without traced pixels.
+    """
     count = sums[:, :1]
     mean = sums[:, 1:] / count.clamp(min=1)
     return count, mean[:, :4], mean[:, 4:] / 2**level
 
 
 def spread(x: Tensor) -> Tensor:
-    """Return the maximum of 3x3 pixels at each, (N, C, h, w)."""
+    """Return the maximum of the 3x3 neighbourhood of each pixel, (N, C, h, w)."""
     return functional.max_pool2d(x, 3, stride=1, padding=1)
 
 
@@ -181,12 +185,12 @@ def upsample(x: Tensor) -> Tensor:
 
 
 def unshuffle(x: Tensor) -> Tensor:
-    """Make the pixels of each 2x2 block channels, row by row: (N, 1, 2h, 2w) → (N, 4, h, w)."""
+    """Turn the pixels of each 2x2 block into channels, row by row: (N, 1, 2h, 2w) → (N, 4, h, w)."""
     return functional.pixel_unshuffle(x, 2)
 
 
 def gaussian_mean(values: Tensor, mask: Tensor) -> Tensor:
-    """Return the mean of the known values of 3x3 pixels by a Gaussian, the less the fewer are known: (N, 1, H, W).
+    """Return the Gaussian mean of known values in 3x3 pixels, attenuated where few are known: (N, 1, H, W).
 
     Parameters
     ----------

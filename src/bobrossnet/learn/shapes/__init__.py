@@ -1,8 +1,7 @@
-"""Shapes to learn from, which the package makes itself, each from its seed: meshes, implicit surfaces, carved solids,
-NURBS.
+"""Procedural training shapes, each from a seed: meshes, implicit surfaces, carved solids, NURBS.
 
-They stand in for the shapes that people will bring, which are kept for testing: as varied as these are, organic and
-mechanical, simple and intricate, smooth and with hard edges, solid and thin.
+They replace real shapes, which are reserved for testing, and are as varied: organic and mechanical, simple and
+intricate, smooth and hard-edged, solid and thin.
 """
 
 from __future__ import annotations
@@ -23,18 +22,18 @@ from bobrossnet.tracing.scene import Scene, SceneLike
 Family = Callable[[np.random.Generator], SceneLike]
 
 KINDS: dict[str, tuple[float, Mapping[str, Family] | None]] = {
-    "mesh": (0.5, None),  # `procedural_mesh` chooses by itself, and assembles
+    "mesh": (0.5, None),  # `procedural_mesh` chooses its family, and assembles
     "implicit": (0.15, implicit.FAMILIES),
     "carved": (0.25, carved.FAMILIES),
     "nurbs": (0.1, splines.FAMILIES),
 }
-"""By kind: how often it comes up, and its families, which come up equally often."""
+"""Weight and families of each kind; the families of a kind are equally likely."""
 
-ALONE = 0.7  # chance that a shape which is no mesh has no others set against it
+ALONE = 0.7  # probability that a shape other than a mesh is not part of an assembly
 
 
 def procedural_scene(seed: int) -> Scene:
-    """Return the shape of a seed, of any size and place: one of a kind, or several set against each other.
+    """Return the shape of a seed, of any size and position. It is single, or an assembly of several of its kind.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ def procedural_scene(seed: int) -> Scene:
     rng = np.random.Generator(np.random.Philox(key=[seed, 0x5A4E]))
     kind = _some_kind(rng)
     if kind == "mesh":
-        return Scene(procedural_mesh(seed))  # assembled there
+        return Scene(procedural_mesh(seed))  # assembles itself
     first = _some_shape(rng, kind)
     if rng.random() < ALONE:
         return first
@@ -51,7 +50,7 @@ def procedural_scene(seed: int) -> Scene:
 
 
 def assembly(rng: np.random.Generator, first: Scene, count: int, another: Callable[[], Scene]) -> Scene:
-    """Return a shape with `count` smaller ones of a few sorts, each set against a random place on those before."""
+    """Return a shape with `count` smaller ones of a few sorts, each placed on a random point of the previous ones."""
     instances = _fitted(first)
     sort: list[Instance] = []
     for _ in range(count):
@@ -74,18 +73,18 @@ def _some_shape(rng: np.random.Generator, kind: str) -> Scene:
         return Scene(procedural_mesh(int(rng.integers(2**31))))
     while True:
         shape = families[str(rng.choice(list(families)))](rng)
-        with suppress(InputError):  # about one in a thousand is a formula that is negative nowhere: draw another
+        with suppress(InputError):  # about one formula in a thousand is negative nowhere: draw another
             return Scene(shape)
 
 
 def _fitted(scene: Scene) -> list[Instance]:
-    """The instances of a scene, in the unit sphere."""
+    """Return a scene's instances, scaled to the unit sphere."""
     matrix = to_unit_sphere(scene.center, scene.radius)
     return [instance.transformed(matrix) for instance in scene.instances]
 
 
 def _some_place(rng: np.random.Generator, scene: Scene) -> NDArray[np.float64]:
-    """A point of the surface, where a random ray meets it first; the centre if none of a few does."""
+    """Return the first hit of a random ray, or the centre if several rays miss."""
     origins = rng.normal(size=(16, 3))
     origins *= 2 * scene.radius / np.linalg.norm(origins, axis=1, keepdims=True)
     targets = rng.uniform(-0.7, 0.7, (16, 3)) * scene.radius

@@ -1,7 +1,7 @@
-"""Colours for the shapes to learn from, each from its seed: materials, parts, colours of vertices, textures, formulas.
+"""Colours for the training shapes, each from a seed: materials, parts, vertex colours, textures, formulas.
 
-Patterns in space are functions of x, y and z in the shape's unit sphere, of numbers and symbols alike, so that vertices
-and formulas have the same ones.
+Solid patterns are functions of x, y and z in the shape's unit sphere, of numbers or symbols, so that vertices and
+formulas share them.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Scene
 
 Pattern = Callable[[Any, Any, Any], tuple[Any, Any, Any]]
-"""Linear RGB of x, y and z."""
+"""Maps x, y and z to linear RGB."""
 
 Look = Callable[[Rng, Scene], Scene]
-"""The same shapes in other colours."""
+"""Recolours the shapes of a scene."""
 
 
 def colored_scene(seed: int) -> Scene:
-    """Return the shape of a seed, `procedural_scene`, in its seed's colours, or white as a quarter of them are.
+    """Return the shape of a seed, `procedural_scene`, in the seed's colours; a quarter of the shapes are white.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def colored_scene(seed: int) -> Scene:
 
 
 def is_white(seed: int) -> bool:
-    """Tell whether `colored_scene` leaves the shape of a seed white."""
+    """Return whether `colored_scene` leaves the shape of a seed white."""
     return _some_look(_generator(seed)) is white
 
 
@@ -62,29 +62,29 @@ def _some_look(rng: Rng) -> Look:
 
 
 def white(rng: Rng, scene: Scene) -> Scene:
-    """As it is."""
+    """Leave the scene unchanged."""
     return scene
 
 
 def material(rng: Rng, scene: Scene) -> Scene:
-    """All of one material."""
+    """Give every shape the same material."""
     one = some_material(rng)
     return Scene(replaced(instance, instance.shape, one) for instance in scene.instances)
 
 
 def parts(rng: Rng, scene: Scene) -> Scene:
-    """Each shape, connected part of a mesh and face of a brep in one of a few colours; formulas in patches."""
+    """Colour each shape, connected part of a mesh and face of a brep by one of a few colours; formulas in patches."""
     colors = from_srgb(palette(rng, int(rng.integers(2, 7))))
     return _each_shape(rng, scene, lambda shape: _in_parts(rng, shape, colors))
 
 
 def patterns(rng: Rng, scene: Scene) -> Scene:
-    """A pattern in space, at the vertices of meshes and at every point of formulas: soft stains, stripes, patches."""
+    """Apply a solid pattern of stains, stripes or patches at mesh vertices and at every point of formulas."""
     return _each_shape(rng, scene, lambda shape: _with_pattern(rng, shape))
 
 
 def textured(rng: Rng, scene: Scene) -> Scene:
-    """Meshes with a texture, projected on them; formulas with a pattern."""
+    """Project a texture on meshes; give formulas a solid pattern."""
     texture = some_texture(rng)
 
     def look(shape: Shape) -> Shape:
@@ -100,11 +100,11 @@ LOOKS: dict[Look, float] = {
     patterns: 0.18,
     textured: 0.3,
 }
-"""How often each comes up. A seed's colours depend on every line and on their order."""
+"""Weight of each look. A seed's colours depend on every entry and on their order."""
 
 
 def some_material(rng: Rng, plain: bool = False) -> Material:
-    """Return a material of either model; a `plain` one shows the shape's own colours as they are."""
+    """Return a material of either model; a `plain` one leaves the shape's colours unchanged."""
     color = tuple(from_srgb(np.ones(3) if plain else some_color(rng)).tolist())
     if rng.random() < 0.5:
         ambient, specular = rng.uniform(0.05, 0.3), rng.uniform(0, 0.5)
@@ -115,19 +115,19 @@ def some_material(rng: Rng, plain: bool = False) -> Material:
 
 
 def replaced(instance: Instance, shape: Shape, one: Material) -> Instance:
-    """Return another shape of another material in an instance's place."""
+    """Return the instance with another shape and another material."""
     return Instance(shape, instance.transform, one, instance.name)
 
 
 def _each_shape(rng: Rng, scene: Scene, look: Callable[[Shape], Shape]) -> Scene:
-    """Return the scene with the look on every shape, the same for all instances of one, and a plain material."""
+    """Apply the look to every shape once, shared by its instances, with a plain material."""
     seen: dict[int, Shape] = {}
     plain = some_material(rng, plain=True) if rng.random() < 0.6 else Material()
     for instance in scene.instances:
         if id(instance.shape) not in seen:
             seen[id(instance.shape)] = look(instance.shape)
     shapes = [seen[id(instance.shape)] for instance in scene.instances]
-    # Shapes that can't have colours of their own, tubes, have a material's.
+    # Tubes can't have colours; they get a coloured material.
     materials = [plain if shape.is_colored else some_material(rng) for shape in shapes]
     return Scene(map(replaced, scene.instances, shapes, materials))
 
@@ -160,7 +160,7 @@ def _with_pattern(rng: Rng, shape: Shape) -> Shape:
 
 
 def some_pattern(rng: Rng, most: float) -> Pattern:
-    """Return a pattern of up to `most` radians a unit: one share after another of a further colour."""
+    """Return a pattern of up to `most` radians a unit: further colours blended in one after another."""
     colors = from_srgb(palette(rng, 3))
     shares = [_some_share(rng, most) for _ in range(1 + int(rng.integers(2)))]
 
@@ -175,7 +175,7 @@ def some_pattern(rng: Rng, most: float) -> Pattern:
 
 
 def patches(rng: Rng, colors: Array) -> Pattern:
-    """Return a pattern of hard patches: each of the colours on one side of a wavy surface."""
+    """Return a pattern of hard patches: colours separated by wavy surfaces."""
     shares = [_waves(rng, float(rng.uniform(1, 6))) for _ in colors[1:]]
 
     def pattern(x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
@@ -189,7 +189,7 @@ def patches(rng: Rng, colors: Array) -> Pattern:
 
 
 def _some_share(rng: Rng, most: float) -> Callable[[Any, Any, Any], Any]:
-    """How much there is of a colour, 0..1: stripes, rings, checks or stains, soft or hard."""
+    """Return a blend weight, 0..1: stripes, rings, checks or stains, soft or hard."""
     frequency = float(np.exp(rng.uniform(np.log(2), np.log(most))))
     kind, hard, level = int(rng.integers(4)), rng.random() < 0.5, float(rng.uniform(-0.4, 0.4))
     turn, phase = random_rotation(rng), rng.uniform(0, 6.3, 3)
@@ -212,7 +212,7 @@ def _some_share(rng: Rng, most: float) -> Callable[[Any, Any, Any], Any]:
 
 
 def _waves(rng: Rng, frequency: float) -> Callable[[Any, Any, Any], Any]:
-    """Smooth noise of about unit variance: a sum of a few plane waves."""
+    """Return smooth noise of about unit variance: a sum of a few plane waves."""
     count = 5
     directions = (frequency / np.sqrt(3) * rng.normal(size=(count, 3))).tolist()
     phases = rng.uniform(0, 6.3, count).tolist()
@@ -240,7 +240,7 @@ def with_texture(rng: Rng, mesh: Mesh, texture: NDArray[np.uint8]) -> Mesh:
     """Return the mesh with a texture, projected by planes along three axes, a cylinder around one, or one plane."""
     scene = Scene(mesh)
     turn = random_rotation(rng) if rng.random() < 0.3 else np.eye(3)[rng.permutation(3)]
-    repeats = float(np.exp(rng.uniform(np.log(0.4), np.log(3))))  # of the texture across a radius
+    repeats = float(np.exp(rng.uniform(np.log(0.4), np.log(3))))  # of the texture in a radius
     kind = int(rng.choice(3, p=[0.5, 0.25, 0.25]))
     offset = rng.uniform(0, 1, (3, 2))
     points = ((mesh.vertices - scene.center) / scene.radius) @ turn.T
@@ -252,11 +252,11 @@ def with_texture(rng: Rng, mesh: Mesh, texture: NDArray[np.uint8]) -> Mesh:
         uv = repeats * uv + offset[axis]
     elif kind == 1:
         angle = np.arctan2(corners[..., 1], corners[..., 0]) / (2 * np.pi)
-        angle -= np.rint(angle - angle[:, :1])  # no triangle goes the other way around
+        angle -= np.rint(angle - angle[:, :1])  # no triangle wraps around the seam
         uv = np.stack([max(round(6 * repeats), 1) * angle, repeats * corners[..., 2]], -1) + offset[0]
     else:
         uv = repeats * corners[..., :2] + offset[0]
-    # A vertex stands once for each place on the texture that its triangles have there.
+    # A vertex is repeated for each texture coordinate that its triangles give it.
     keys = np.concatenate([mesh.triangles[..., None], np.rint(uv * 65536).astype(np.int64)], -1).reshape(-1, 3)
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     vertex = mesh.triangles.ravel()[first]
@@ -266,7 +266,7 @@ def with_texture(rng: Rng, mesh: Mesh, texture: NDArray[np.uint8]) -> Mesh:
 
 
 def _parts_of(mesh: Mesh) -> NDArray[np.int64]:
-    """The number of the connected part that each triangle belongs to, (T,); vertices at one place are one."""
+    """Return each triangle's connected part, (T,); vertices at equal positions are connected."""
     places, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
     triangles, count = place.reshape(-1)[mesh.triangles], len(places)
     ends = np.concatenate([triangles[:, :2], triangles[:, 1:]])

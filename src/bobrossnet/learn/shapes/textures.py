@@ -1,7 +1,6 @@
-"""Textures to learn from, each from its generator: tiles, checks, gratings, noise of several scales, blobs, lettering.
+"""Random textures for training: tiles, checks, gratings, noise of several scales, blobs, lettering.
 
-A texture is (`SIDE`, `SIDE`, 3) uint8, sRGB, and goes on seamlessly beyond its edges. `u` and `v` are 0..1 across and
-down.
+A texture is (`SIDE`, `SIDE`, 3) uint8, sRGB, and tiles seamlessly. `u` and `v` are 0..1, to the right and down.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ def some_texture(rng: Rng) -> NDArray[np.uint8]:
 
 
 def some_color(rng: Rng) -> Array:
-    """Return a colour, (3,) sRGB 0..1: of any brightness but near black, more often muted than loud."""
+    """Return a colour, (3,) sRGB 0..1, of any brightness except near black, mostly muted."""
     value, saturation = rng.uniform(0.2, 1), rng.beta(1.2, 1.6)
     hue = np.abs((6 * rng.random() + np.array([0, 4, 2])) % 6 - 3) - 1
     return np.asarray(value * (1 - saturation * (1 - np.clip(hue, 0, 1))))
 
 
 def palette(rng: Rng, count: int) -> Array:
-    """Return `count` colours, (count, 3) sRGB: any, or shades of one."""
+    """Return `count` colours, (count, 3) sRGB: unrelated, or shades of one."""
     colors = np.array([some_color(rng) for _ in range(count)])
     if rng.random() < 0.4:
         colors = np.clip(colors[0] * rng.uniform(0.3, 1.4, (count, 1)) + rng.normal(0, 0.05, (count, 3)), 0, 1)
@@ -40,7 +39,7 @@ def palette(rng: Rng, count: int) -> Array:
 
 
 def tiles(rng: Rng) -> Picture:
-    """Tiles, bricks or planks, each in a colour of its own, with joints between them."""
+    """Tiles, bricks or planks with individual colours and joints."""
     rows, columns = int(rng.choice([2, 4, 6, 8, 12])), int(rng.integers(2, 11))
     v, u = _places()
     row = np.floor(v * rows).astype(int)
@@ -62,7 +61,7 @@ def checks(rng: Rng) -> Picture:
 
 
 def gratings(rng: Rng) -> Picture:
-    """Stripes, soft or hard, of one direction or of two across each other."""
+    """Stripes, soft or hard, in one direction or crossed in two."""
     v, u = _places()
     colors = palette(rng, 3)
     picture = np.broadcast_to(colors[0], (SIDE, SIDE, 3))
@@ -76,7 +75,7 @@ def gratings(rng: Rng) -> Picture:
 
 
 def clouds(rng: Rng) -> Picture:
-    """Noise of several scales, from stains to grain, along a ramp of a few colours, with a little grain of its own."""
+    """Noise of several scales, from stains to grain, on a ramp of a few colours with additional grain."""
     height = _noise(rng, rng.uniform(0.7, 2.2), rng.uniform(0.5, 6))
     colors = palette(rng, int(rng.integers(2, 5)))
     places = np.clip(0.5 + rng.uniform(0.15, 0.4) * height, 0, 1) * (len(colors) - 1)
@@ -97,7 +96,7 @@ def blobs(rng: Rng) -> Picture:
 
 
 def lettering(rng: Rng) -> Picture:
-    """Lines of letters, which are random strokes of 5 x 3 squares, with gaps between words."""
+    """Lines of letters, random strokes of 5 x 3 squares, with gaps between words."""
     lines = int(rng.choice([4, 6, 8, 12, 16, 24]))
     letters = int(lines * rng.uniform(1, 1.8))
     strokes = rng.random((lines, letters, 5, 3)) < 0.6
@@ -111,7 +110,7 @@ def lettering(rng: Rng) -> Picture:
 
 
 def collage(rng: Rng) -> Picture:
-    """One kind beside another, as where a picture on a wall ends."""
+    """Two kinds next to each other, as where a picture on a wall ends."""
     height = _noise(rng, rng.uniform(2, 3), 1)
     return np.where((height > rng.uniform(-0.7, 0.7))[..., None], _some_picture(rng), _some_picture(rng))
 
@@ -125,7 +124,7 @@ KINDS: dict[Callable[[Rng], Picture], float] = {
     lettering: 0.1,
     collage: 0.15,
 }
-"""How often each comes up. A generator's texture depends on every line and on their order."""
+"""Weight of each kind. A generator's texture depends on every entry and on their order."""
 
 
 def _some_picture(rng: Rng) -> Picture:
@@ -133,15 +132,17 @@ def _some_picture(rng: Rng) -> Picture:
 
 
 def _places() -> tuple[Array, Array]:
-    """v and u of the texels' centres, (SIDE, SIDE) each."""
+    """Return v and u of the texel centres, (SIDE, SIDE) each."""
     places = (np.arange(SIDE) + 0.5) / SIDE
     v, u = np.meshgrid(places, places, indexing="ij")
     return v, u
 
 
 def _noise(rng: Rng, falloff: float, least: float) -> Array:
-    """Return noise of unit variance, (SIDE, SIDE), whose amplitudes fall with a power of the frequency, from `least`
-    waves across the texture on."""
+    """Return noise of unit variance, (SIDE, SIDE).
+
+    The amplitudes fall with a power of the frequency, from `least` waves across the texture on.
+    """
     waves = np.hypot(*np.meshgrid(np.fft.fftfreq(SIDE, 1 / SIDE), np.fft.rfftfreq(SIDE, 1 / SIDE), indexing="ij"))
     amplitudes = np.where(waves > 0, np.maximum(waves, least) ** -falloff, 0)
     height = np.fft.irfft2(np.fft.rfft2(rng.normal(size=(SIDE, SIDE))) * amplitudes, s=(SIDE, SIDE))

@@ -1,4 +1,4 @@
-"""Solids cut out of solids: machined parts, and what people make and build, with hard and with rounded edges."""
+"""Solids of constructive geometry: machined parts, buildings and objects, with hard and rounded edges."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def drilled_block(rng: Rng) -> SceneLike:
 
 
 def flange(rng: Rng) -> SceneLike:
-    """A disc with a hub, a bore and a circle of bolt holes, perhaps with ribs from the hub to the disc."""
+    """A disc with a hub, a bore and a circle of bolt holes, with or without ribs from the hub to the disc."""
     disc, height = rng.uniform(0.06, 0.3), rng.uniform(0.3, 1.5)
     hub, fillet = rng.uniform(0.3, 0.55), rng.choice([0.01, 0.1, 0.2])
     holes = int(rng.integers(3, 13))
@@ -69,7 +69,7 @@ def bracket(rng: Rng) -> SceneLike:
     foot = box(a=(0, -wide / 2, 0), b=(long, wide / 2, thick))
     back = box(a=(0, -wide / 2, 0), b=(thick, wide / 2, tall))
     solid = foot.union(back, k=k)
-    if rng.random() < 0.5 and tall > wide:  # an upper end that is round
+    if rng.random() < 0.5 and tall > wide:  # a round upper end
         end = d2.rectangle(a=(-9, -9), b=(9, tall - wide / 2)) | d2.circle(wide / 2, (0, tall - wide / 2))
         solid &= end.extrude(9).rotate(np.pi / 2, X).rotate(np.pi / 2)
     if rng.random() < 0.7:
@@ -89,7 +89,7 @@ def bracket(rng: Rng) -> SceneLike:
 
 
 def _tooth(rng: Rng, tip: float, root: float, count: int) -> SDF2:
-    """A tooth along x, its flanks leaning, from within the root to beyond the tip."""
+    """A tooth along x, with sloped flanks, from inside the root to outside the tip."""
     foot = np.pi / count * root * rng.uniform(0.6, 0.9)
     head = np.pi / count * tip * rng.uniform(0.15, 0.45)
     return d2.polygon([(0.8 * root, -foot), (tip + 0.05, -head), (tip + 0.05, head), (0.8 * root, foot)])
@@ -100,7 +100,7 @@ def gear(rng: Rng) -> SceneLike:
     count, wide = int(rng.integers(8, 40)), rng.uniform(0.15, 0.6)
     root = 1 - rng.uniform(1.5, 3) / count
     teeth = (d2.circle(root) | _tooth(rng, 1, root, count).circular_array(count)) & d2.circle(1)
-    if rng.random() < 0.2:  # the teeth of a ring look inwards
+    if rng.random() < 0.2:  # internal teeth
         solid = (d2.circle(rng.uniform(1.1, 1.4)) - teeth).extrude(wide)
         return solid - around(cylinder(0.04), int(rng.integers(3, 9)), 1.08)
     solid = teeth.extrude(wide)
@@ -121,7 +121,7 @@ def gear(rng: Rng) -> SceneLike:
 
 
 def housing(rng: Rng) -> SceneLike:
-    """A box hollowed out, open above, with ribs, bosses for screws, holes in its walls, and perhaps vents."""
+    """A hollow box, open at the top, with ribs, screw bosses, holes in its walls, and with or without vents."""
     size = np.array([rng.uniform(1.2, 2), rng.uniform(0.8, 1.6), rng.uniform(0.4, 1)])
     wall, radius = rng.uniform(0.04, 0.1), rng.uniform(0.02, 0.2)
     inner = size - 2 * wall
@@ -156,7 +156,7 @@ def housing(rng: Rng) -> SceneLike:
 def heat_sink(rng: Rng) -> SceneLike:
     """Fins or pins on a plate, or fins around a core."""
     fins, height = int(rng.integers(4, 13)), rng.uniform(0.3, 1.2)
-    share = rng.uniform(0.15, 0.5)  # of the pitch that a fin takes
+    share = rng.uniform(0.15, 0.5)  # width of a fin, as a share of the pitch
     kind = rng.choice(["plates", "pins", "round", "discs"])
     if kind == "round":
         blade = box((0.7, share * 2 * np.pi * 0.5 / (2 * fins), height))
@@ -193,7 +193,7 @@ def perforated_plate(rng: Rng) -> SceneLike:
         lambda: d2.circle(0.5 * share * pitch).elongate((0.5 * share * pitch, 0)),
     ][rng.integers(5)]()
     thick = rng.uniform(0.03, 0.2)
-    if rng.random() < 0.6:  # every other row is offset by half a pitch
+    if rng.random() < 0.6:  # offset every second row by half a pitch
         rows = hole.repeat((pitch, 1.732 * pitch))
         holes = rows | rows.translate((pitch / 2, 0.866 * pitch))
     else:
@@ -210,7 +210,7 @@ def perforated_plate(rng: Rng) -> SceneLike:
 
 
 def _thread(radius: float, depth: float, pitch: float) -> SDF3:
-    """A rod along z without ends whose surface winds like a thread's."""
+    """An infinite rod along z with a threaded surface."""
     turn = 2 * np.pi / pitch
     return implicit(
         lambda x, y, z: (
@@ -271,7 +271,7 @@ def nut(rng: Rng) -> SceneLike:
 
 
 def crank(rng: Rng) -> SceneLike:
-    """A crankshaft: journals in a line, pins beside it, webs between them."""
+    """A crankshaft: main journals on its axis, offset crankpins, and webs between them."""
     throws, throw = int(rng.integers(1, 5)), rng.uniform(0.3, 0.6)
     pin, journal = rng.uniform(0.12, 0.2), rng.uniform(0.15, 0.25)
     web, gap = rng.uniform(0.08, 0.15), rng.uniform(0.2, 0.35)
@@ -338,7 +338,7 @@ def connector(rng: Rng) -> SceneLike:
 
 
 def pipe_fitting(rng: Rng) -> SceneLike:
-    """Pipes that meet with fillets, hollow, with collars or flanges at their ends."""
+    """Hollow pipes that meet with fillets, with collars or flanges at their ends."""
     radius, wall, k = rng.uniform(0.25, 0.4), rng.uniform(0.03, 0.1), rng.choice([0.01, 0.1, 0.25])
     angles = np.cumsum(rng.choice([0.5, 0.75, 1], int(rng.integers(2, 4)))) * np.pi
     axes = [np.array([np.cos(angle), np.sin(angle), 0]) for angle in angles]

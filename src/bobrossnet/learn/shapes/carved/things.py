@@ -1,4 +1,4 @@
-"""What people build, turn and carve: buildings, furniture, vessels, pieces of games, letters."""
+"""Built, turned and carved objects: buildings, furniture, vessels, game pieces, letters."""
 
 # mypy: disable-error-code="no-any-return"
 from __future__ import annotations
@@ -29,7 +29,7 @@ Rng = np.random.Generator
 
 
 def die(rng: Rng) -> SceneLike:
-    """A die with pips, its corners rounded or cut off by a ball."""
+    """A die with pips, with corners rounded or cut by a ball."""
     solid = rounded_box(2, rng.uniform(0.02, 0.5))
     if rng.random() < 0.5:
         solid &= sphere(rng.uniform(1.35, 1.6))
@@ -81,7 +81,7 @@ def building(rng: Rng) -> SceneLike:
 
 
 def castle(rng: Rng) -> SceneLike:
-    """Walls with battlements, towers at their corners and a keep, a gate, and perhaps roofs like cones."""
+    """Walls with battlements, corner towers, a keep and a gate, with or without conical roofs."""
     corners = int(rng.integers(3, 7))
     tower, tall, wall = rng.uniform(0.15, 0.3), rng.uniform(0.7, 1.4), rng.uniform(0.35, 0.6)
     half = np.pi / corners
@@ -109,14 +109,14 @@ def castle(rng: Rng) -> SceneLike:
 
 
 def mug(rng: Rng) -> SceneLike:
-    """A mug, a bowl or a vase on a foot, perhaps with handles, flutes or a saucer."""
+    """A mug, a bowl or a vase on a foot, with or without handles, flutes or a saucer."""
     tall, wall = rng.uniform(0.6, 2), rng.uniform(0.03, 0.1)
     count = 8
     heights = np.linspace(0, tall, count)
     phase, swing, lean = rng.uniform(0, 2 * np.pi), rng.uniform(0, 0.25), rng.uniform(-0.1, 0.3)
     radii = 0.7 + lean * (heights / tall - 0.5) + swing * np.sin(phase + heights / tall * rng.uniform(1, 5))
     outline = np.stack([np.maximum(radii, 0.15), heights], 1)
-    body = d2.polygon([(-1, 0), *outline, (-1, tall)])  # across the axis, which is no edge
+    body = d2.polygon([(-1, 0), *outline, (-1, tall)])  # extended across the axis, to leave no edge there
     hollow = outline - (wall, 0)
     hollow[0, 1] = wall
     inside = d2.polygon([(-1, wall), *hollow, (hollow[-1, 0], tall + 0.2), (-1, tall + 0.2)]).revolve()
@@ -137,11 +137,11 @@ def mug(rng: Rng) -> SceneLike:
 
 
 def turned_piece(rng: Rng) -> SceneLike:
-    """A chess piece, a baluster or a lamp, turned on a lathe, its head carved."""
+    """A chess piece, a baluster or a lamp, turned on a lathe, with a carved head."""
     count, tall = int(rng.integers(8, 16)), rng.uniform(1.5, 3)
     heights = np.sort(rng.uniform(0.12, 1, count - 1)) * tall
     radii = rng.uniform(0.12, 0.5, count - 1) * rng.choice([0.6, 1], count - 1)
-    if rng.random() < 0.6:  # slim towards the head
+    if rng.random() < 0.6:  # taper towards the head
         radii *= np.linspace(1.3, 0.7, count - 1)
     base = rng.uniform(0.5, 0.8)
     outline = d2.polygon([(-1, 0), (base, 0), (base, 0.1 * tall), *zip(radii, heights, strict=True), (-1, heights[-1])])
@@ -172,7 +172,7 @@ def turned_piece(rng: Rng) -> SceneLike:
 
 
 def letter(rng: Rng) -> SceneLike:
-    """Strokes like those of letters, some straight, some round, extruded with sharp or rounded edges."""
+    """Strokes as in letters, straight and round, extruded with sharp or rounded edges."""
     wide, thick = rng.uniform(0.08, 0.2), rng.uniform(0.15, 0.6)
     rounding = rng.choice([0, 0.3, 0.8]) * wide
     square = rng.random() < 0.5
@@ -274,7 +274,7 @@ def furniture(rng: Rng) -> SceneLike:
 
 
 def temple(rng: Rng) -> SceneLike:
-    """Columns, fluted or plain, on steps, under a gable or in a round under a dome."""
+    """Columns, fluted or plain, on steps, under a gable or in a circle under a dome."""
     tall, radius = rng.uniform(0.8, 1.5), rng.uniform(0.07, 0.13)
     column = capped_cone(ORIGIN, Z * tall, radius, 0.8 * radius)
     if rng.random() < 0.5:

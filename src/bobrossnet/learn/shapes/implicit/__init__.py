@@ -1,4 +1,4 @@
-"""Implicit surfaces: what grows, as blends of simple solids, and what formulas of space give."""
+"""Implicit surfaces: organic blends of simple solids, and formulas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Surfaces that formulas of space give: periodic and algebraic ones, knots, waves on balls."""
+"""Surfaces of formulas: periodic and algebraic ones, knots, waves on balls."""
 
 # mypy: disable-error-code="no-any-return"
 from __future__ import annotations
@@ -16,7 +16,7 @@ from bobrossnet.tracing.scene import SceneLike
 Rng = np.random.Generator
 Field = Callable[[Any, Any, Any], Any]
 
-# Periodic minimal surfaces, as the sums of waves that come near them (Schnering and Nesper, 1991).
+# Periodic minimal surfaces, as sums of waves that approximate them (Schnering and Nesper, 1991).
 _PERIODIC: dict[str, Field] = {
     "gyroid": lambda x, y, z: np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x),
     "schwarz_p": lambda x, y, z: np.cos(x) + np.cos(y) + np.cos(z),
@@ -75,7 +75,7 @@ def _kummer(x: Any, y: Any, z: Any) -> Any:
     return (x * x + y * y + z * z - m) ** 2 - (3 * m - 1) / (3 - m) * planes
 
 
-# By name: the polynomial, and the radius of the ball that holds what is worth seeing of it.
+# By name: the polynomial, and the radius of a ball around its interesting part.
 _ALGEBRAIC: dict[str, tuple[Field, float]] = {
     "tangle": (_tangle, 3.4),
     "barth_sextic": (_barth_sextic, 2.2),
@@ -90,7 +90,7 @@ _ALGEBRAIC: dict[str, tuple[Field, float]] = {
 
 
 def _envelope(rng: Rng) -> SDF3:
-    """A solid about 2 wide, to cut something out of."""
+    """A solid about 2 wide, from which others are cut."""
     kind = rng.choice(["ball", "box", "capsule", "cylinder", "ring", "half"])
     if kind == "box":
         return rounded_box(rng.uniform(1, 2, 3), rng.choice([0.01, 0.2]))
@@ -124,7 +124,7 @@ def periodic_surface(rng: Rng) -> SceneLike:
 
 
 def algebraic_surface(rng: Rng) -> SceneLike:
-    """A surface of low degree from geometry's cabinet, its level and proportions shifted, cut by a ball or a box."""
+    """A classic surface of low degree, with varied level and proportions, cut by a ball or a box."""
     polynomial, reach = _ALGEBRAIC[rng.choice(list(_ALGEBRAIC))]
     stretch = rng.uniform(0.8, 1.2, 3)
     level = rng.normal(0, 0.02)
@@ -133,7 +133,7 @@ def algebraic_surface(rng: Rng) -> SceneLike:
 
 
 def rock(rng: Rng) -> SceneLike:
-    """A ball with waves, folds or ridges of a few sizes on it, like a stone, a planet, a fruit or a brain."""
+    """A ball with waves, folds or ridges of several sizes, like a stone, a planet, a fruit or a brain."""
     count = int(rng.integers(2, 6))
     waves = [
         (rng.normal(0, 2, 3) * 1.7**octave, rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.25) / 2**octave)
@@ -214,7 +214,7 @@ def knot(rng: Rng) -> SceneLike:
 
 
 def chain(rng: Rng) -> SceneLike:
-    """Links through links, in a row, in a ring, or as mail."""
+    """Chained links, in a row, in a ring, or as mail."""
     wire, long = rng.uniform(0.06, 0.13), rng.uniform(0, 0.3)
     link = torus(0.35, wire).elongate((long, 0, 0))
     pitch = 2 * (0.35 + long - wire) * rng.uniform(0.93, 0.99)
@@ -258,9 +258,9 @@ def cage(rng: Rng) -> SceneLike:
 
 
 def snail(rng: Rng) -> SceneLike:
-    """A tube that winds and widens like the shells of snails and ammonites (Raup, 1966), perhaps with ribs."""
+    """A tube with a spiral axis and growing radius, like snails and ammonites (Raup, 1966), with or without ribs."""
     growth, rise, ribs = rng.uniform(0.08, 0.2), rng.choice([0, rng.uniform(0.5, 1.6)]), int(rng.integers(8, 30))
-    ratio = np.exp(2 * np.pi * growth)  # from a turn to the next
+    ratio = np.exp(2 * np.pi * growth)  # radius from one turn to the next
     tube = (ratio - 1) / (ratio + 1) * rng.uniform(0.8, 1.05)
     depth, wall = rng.choice([0, 0.08]), rng.uniform(0.75, 0.92)
 

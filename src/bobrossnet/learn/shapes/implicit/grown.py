@@ -1,4 +1,4 @@
-"""Organic solids: simple ones that run into each other."""
+"""Organic solids: smooth blends of simple ones."""
 
 # mypy: disable-error-code="no-any-return"
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _blob(rng: Rng, count: int, k: float) -> SDF3:
 
 
 def blob(rng: Rng) -> SceneLike:
-    """Balls that run into each other, perhaps with dents or cut flat."""
+    """Blended balls, with or without dents or flat cuts."""
     solid = _blob(rng, int(rng.integers(3, 13)), rng.uniform(0.02, 0.4))
     if rng.random() < 0.3:
         solid -= sphere(rng.uniform(0.3, 0.6), 0.7 * _direction(rng)).k(rng.uniform(0.02, 0.2))
@@ -45,7 +45,7 @@ def blob(rng: Rng) -> SceneLike:
 
 
 def creature(rng: Rng) -> SceneLike:
-    """A symmetric animal or doll: body, head, limbs, ears or horns, eyes, perhaps a snout and a tail."""
+    """A symmetric animal or doll: body, head, limbs, ears or horns, eyes, with or without a snout and a tail."""
     k = rng.uniform(0.04, 0.15)
     upright = rng.random() < 0.5
     body = np.array([rng.uniform(0.3, 0.5), rng.uniform(0.3, 0.5), rng.uniform(0.5, 0.8)])
@@ -88,7 +88,7 @@ def creature(rng: Rng) -> SceneLike:
 
 
 def hand(rng: Rng) -> SceneLike:
-    """A palm with fingers, each bent by itself, and a wrist."""
+    """A palm with individually bent fingers, and a wrist."""
     count = int(rng.integers(3, 7))
     wide, thick, k = 0.26 * count, rng.uniform(0.2, 0.35), rng.uniform(0.03, 0.12)
     solid = rounded_box((wide, 1, thick), 0.45 * thick)
@@ -112,7 +112,7 @@ def hand(rng: Rng) -> SceneLike:
 
 
 def coral(rng: Rng) -> SceneLike:
-    """A tree whose branches fork, grow thinner, and may end in balls."""
+    """A tree of forking, tapering branches, with or without balls at their ends."""
     k, spread, keep = rng.uniform(0.01, 0.08), rng.uniform(0.3, 0.9), rng.uniform(0.6, 0.85)
     thin, buds = rng.uniform(0.6, 0.85), rng.random() < 0.5
     radius = rng.uniform(0.05, 0.16)
@@ -148,7 +148,7 @@ def skin(rng: Rng) -> SceneLike:
 
 
 def foam(rng: Rng) -> SceneLike:
-    """Balls in a lattice, standing alone in a solid's place or taken out of it."""
+    """A lattice of balls, inside the shape of a solid or subtracted from it."""
     pitch = rng.uniform(0.3, 0.8)
     radius = pitch * rng.uniform(0.35, 0.62)
     shift = rng.uniform(0, pitch, 3)
@@ -168,7 +168,7 @@ def foam(rng: Rng) -> SceneLike:
 
 
 def twisted_bar(rng: Rng) -> SceneLike:
-    """Bars side by side, or a cross or a bent slab, twisted around their length, tapered, and perhaps bowed."""
+    """Parallel bars, a cross or a bent slab, twisted about their length, tapered, straight or bowed."""
     count, tall = int(rng.integers(2, 7)), rng.uniform(1, 2.5)
     kind = rng.choice(["cord", "slab", "prism"])
     if kind == "cord":

@@ -1,7 +1,7 @@
-"""Procedural meshes to learn from: twenty-odd families of shapes, alone or assembled, each from its seed.
+"""Procedural training meshes: over twenty families of shapes, single or assembled, each from a seed.
 
-They stand in for real shapes, which are kept for testing: scans and creatures (organic, plants), turned and
-cast parts (geometric, mechanical), furniture and buildings (built), and what is thin or repeats (patterns).
+They replace real shapes, which are reserved for testing: scans and creatures (organic, plants), turned and cast parts
+(geometric, mechanical), furniture and buildings (built), and thin or repetitive structures (patterns).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from bobrossnet.learn.shapes.meshes import built, geometric, mechanical, organic
 from bobrossnet.learn.shapes.meshes.parts import Part, Rng, join, moved, rotation
 from bobrossnet.shapes.mesh import Mesh
 
-# How often a family comes up, relative to the others. A seed's mesh depends on every line and on their order.
+# Relative weight of each family. A seed's mesh depends on every entry and on their order.
 _FREQUENCY: dict[Callable[[Rng], Part], float] = {
     organic.blob: 1.5,
     organic.creature: 3,
@@ -41,7 +41,7 @@ _FREQUENCY: dict[Callable[[Rng], Part], float] = {
     patterns.array: 1,
 }
 FAMILIES = {family.__name__: family for family in _FREQUENCY}
-"""Each takes a generator and returns a part of any size and place."""
+"""The families; each takes a generator and returns a part of any size and position."""
 _CHANCES = np.array(list(_FREQUENCY.values())) / sum(_FREQUENCY.values())
 
 
@@ -55,7 +55,7 @@ def procedural_mesh(seed: int) -> Mesh:
     Returns
     -------
     Mesh
-        About 100 to 100,000 triangles; its bounding box centred on the origin, longest side 2.
+        About 100 to 100,000 triangles; the bounding box is centred on the origin, with a longest side of 2.
     """
     rng = np.random.Generator(np.random.Philox(key=[seed, 0x5EED]))
     count = 1 if rng.random() < 0.6 else int(rng.integers(2, 9))
@@ -72,7 +72,7 @@ def some_family(rng: Rng) -> Part:
 
 
 def finished(rng: Rng, part: Part) -> Part:
-    """Return the part stretched, and sometimes with a rough surface."""
+    """Return the part non-uniformly scaled, sometimes with a rough surface."""
     if rng.random() < 0.5:
         part = moved(part, np.diag(np.exp(rng.normal(0, 0.3, 3))))
     if len(part[0]) > 3000 and rng.random() < 0.25:
@@ -81,7 +81,7 @@ def finished(rng: Rng, part: Part) -> Part:
 
 
 def assembly(rng: Rng, count: int) -> Part:
-    """Return several parts, each set against a random place of those before."""
+    """Return several parts, each placed on a random point of the previous ones."""
     placed = [some_family(rng)]
     repeated = some_family(rng)
     for _ in range(count - 1):

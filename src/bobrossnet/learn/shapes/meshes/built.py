@@ -27,7 +27,7 @@ def furniture(rng: Rng) -> Part:
     for level in range(int(rng.integers(0, 4))):  # shelves or rungs
         shelf = parts.box(w * 0.95, d * rng.choice([0.05, 0.95]), board)
         pieces.append(moved(shelf, offset=(0, 0, h * (level + 0.5) / 4)))
-    for _ in range(int(rng.integers(0, 5))):  # things on it
+    for _ in range(int(rng.integers(0, 5))):  # objects on it
         size = rng.uniform(0.1, 0.35)
         thing = parts.box(1, 1, 1, bevel) if rng.random() < 0.5 else moved(turned(rng), 0.7)
         at = rng.uniform(-0.4, 0.4) * w, rng.uniform(-0.4, 0.4) * d, h + board / 2 + size / 4
@@ -51,7 +51,7 @@ def building(rng: Rng) -> Part:
 
 
 def _block(rng: Rng) -> list[Part]:
-    """One wing of a building: a box, windows that stand out a little, a roof."""
+    """One wing of a building: a box, slightly raised windows, a roof."""
     w, d, h = rng.uniform(0.3, 1, 3) * (1, 1, 2)
     at = np.array([*rng.uniform(-0.8, 0.8, 2), 0])
     block = [moved(parts.box(w, d, h, rng.choice([0, 0, 0.04])), offset=(0, 0, h / 2))]
@@ -63,7 +63,7 @@ def _block(rng: Rng) -> list[Part]:
             z = h * (i + 0.5) / rows
             block.append(moved(front, offset=(w * ((j + 0.5) / columns - 0.5), 0, z)))
             block.append(moved(side, offset=(0, d * ((j + 0.5) / columns - 0.5), z)))
-    top = rng.integers(4)  # a pyramid, a ledge, battlements or nothing
+    top = rng.integers(4)  # a pyramid, a ledge, battlements or no top
     if top == 0:
         roof = parts.cylinder(0.75, rng.uniform(0.3, 1.2), 4, rng.choice([0, 0.3]))
         block.append(moved(moved(roof, rotation(2, np.pi / 4)), np.diag([w, d, 1.0]), (0, 0, h)))

@@ -25,7 +25,7 @@ def turned(rng: Rng) -> Part:
         radius = np.convolve(np.pad(wave, 8, mode="edge"), kernel / kernel.sum(), "valid")
         height = np.interp(t, np.arange(knots), height)
     profile = np.stack([radius, height], 1)
-    if rng.random() < 0.5:  # an open vessel: the wall comes back down inside
+    if rng.random() < 0.5:  # an open vessel: the wall returns on the inside
         inside = profile[::-1] - (rng.uniform(0.02, 0.08), 0)
         inside[-1, 1] += 0.05
         profile = np.concatenate([profile, np.maximum(inside, (0.001, -9))])
@@ -71,7 +71,7 @@ def _cables(rng: Rng) -> Part:
 
 
 def _pipes(rng: Rng) -> Part:
-    """A pipe with right-angled bends, a ball in each."""
+    """A pipe with right-angled bends, and a ball at each bend."""
     way = np.eye(3)[rng.integers(3, size=8)] * rng.choice([-1, 1], 8)[:, None]
     corners = np.cumsum(way * rng.uniform(0.3, 1, 8)[:, None], 0)
     pieces = [parts.rod(a, b, 0.1, 16) for a, b in pairwise(corners)]
@@ -91,7 +91,7 @@ def _section(rng: Rng) -> Array:
 
 
 def boolean_solid(rng: Rng) -> Part:
-    """Boxes, balls and cylinders joined and cut, on a fine lattice: castings, housings, sockets."""
+    """Boxes, balls and cylinders, united and subtracted on a fine lattice: castings, housings, sockets."""
     x, y, z = parts.lattice(64)
     field = np.full((64, 64, 64), np.inf)
     for step in range(int(rng.integers(2, 9))):
@@ -112,7 +112,7 @@ def boolean_solid(rng: Rng) -> Part:
 
 
 def lattice_solid(rng: Rng) -> Part:
-    """A gyroid or a kin within a ball or a box: foams, printed infill, corals."""
+    """A gyroid or a similar surface within a ball or a box: foams, printed infill, corals."""
     x, y, z = (axis * rng.uniform(4, 9) for axis in parts.lattice(64))
     wall = rng.uniform(0.2, 0.7)
     if rng.random() < 0.5:

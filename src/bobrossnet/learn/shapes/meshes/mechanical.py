@@ -9,7 +9,7 @@ from bobrossnet.learn.shapes.meshes.parts import Part, Rng, join, moved, ring, r
 
 
 def gear(rng: Rng) -> Part:
-    """Toothed or lobed wheels with a bore, a hub, spokes of holes, sometimes two that mesh."""
+    """Toothed or lobed wheels with a bore, a hub and holes, sometimes two that mesh."""
     teeth = int(rng.integers(6, 40))
     steps = 8
     phase = (np.arange(teeth * steps) % steps) / steps

@@ -1,4 +1,4 @@
-"""Grown and soft things: blobs, creatures, clay, thorns, shells, cloth. Leaves and trees are in plants.py."""
+"""Organic and soft shapes: blobs, creatures, clay, thorns, shells, cloth. Leaves and trees are in plants.py."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def blob(rng: Rng) -> Part:
 
 
 def creature(rng: Rng) -> Part:
-    """Capsules blended into a body with two sides alike: animals, characters, dolls."""
+    """Capsules blended into a bilaterally symmetric body: animals, characters, dolls."""
     x, y, z = parts.lattice(int(rng.choice([40, 56, 72])))
     limbs = int(rng.integers(3, 9))
     body = rng.uniform(-0.35, 0.35, 3) * (1, 0, 1)
@@ -39,7 +39,7 @@ def creature(rng: Rng) -> Part:
             along = np.clip(along, 0, 1)
             dx, dy, dz = x - a[0] - along * d[0], y - a[1] - along * d[1], z - a[2] - along * d[2]
             capsule = np.sqrt(dx**2 + dy**2 + dz**2) - thick - (thin - thick) * along
-            mix = np.clip(0.5 + 0.5 * (field - capsule) / blend, 0, 1)  # the smooth minimum of both
+            mix = np.clip(0.5 + 0.5 * (field - capsule) / blend, 0, 1)  # the smooth minimum of the two
             field = field * (1 - mix) + capsule * mix - blend * mix * (1 - mix)
     part = parts.isosurface(field)
     if rng.random() < 0.5:
@@ -48,7 +48,7 @@ def creature(rng: Rng) -> Part:
 
 
 def metaballs(rng: Rng) -> Part:
-    """Balls that flow into each other, sometimes hollowed or cut: clay, bones, sponges."""
+    """Blended balls, sometimes hollowed or cut: clay, bones, sponges."""
     x, y, z = parts.lattice(48)
     field = np.full((48, 48, 48), float(rng.uniform(0.6, 1.4)))
     for _ in range(int(rng.integers(3, 14))):
@@ -81,7 +81,7 @@ def spiky(rng: Rng) -> Part:
 
 
 def seashell(rng: Rng) -> Part:
-    """A tube that winds and grows: shells, horns, tails."""
+    """A growing spiral tube: shells, horns, tails."""
     t = np.linspace(0, rng.uniform(1, 5), 240)
     grow = np.exp(rng.uniform(0.2, 0.8) * (t - t[-1]))
     drop = -rng.uniform(0.2, 2.5) * np.ones_like(t)

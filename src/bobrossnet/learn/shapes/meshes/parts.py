@@ -1,7 +1,7 @@
 """Building blocks of procedural meshes: sweeps, lathes, extrusions, bitmaps, isosurfaces, transforms, noise.
 
-A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside where it
-has an outside. Nothing is random but what takes an `rng`.
+A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside if there is an
+outside. Only functions with an `rng` are random.
 """
 
 from __future__ import annotations
@@ -62,17 +62,17 @@ def torus(radius: float, tube: float, sides: int = 48, around: int = 20) -> Part
 
 
 def sweep(path: Array, outline: Array, scale: Array | float = 1.0, closed: bool = False) -> Part:
-    """Return a tube: the (m, 2) outline carried along the (n, 3) path, `scale` times as large."""
+    """Return a tube: the (m, 2) outline, scaled by `scale`, swept along the (n, 3) path."""
     n = len(path)
     tangent = np.roll(path, -1, 0) - np.roll(path, 1, 0) if closed else np.gradient(path, axis=0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
-    side = np.empty_like(path)  # carried along with as little twist as possible
+    side = np.empty_like(path)  # a frame with minimal twist
     side[0] = np.cross(tangent[0], np.eye(3)[np.argmin(np.abs(tangent[0]))])
     for i in range(n):
         side[i] = side[i - 1] if i else side[0]
         side[i] -= tangent[i] * (side[i] @ tangent[i])
         side[i] /= max(float(np.linalg.norm(side[i])), 1e-12)
-    if closed:  # share the frame's remaining twist out over the whole loop
+    if closed:  # distributes the frame's remaining twist over the whole loop
         other = np.cross(tangent[0], side[0])
         twist = np.arctan2(side[-1] @ other, side[-1] @ side[0]) * np.arange(n)[:, None] / n
         side = side * np.cos(twist) - np.cross(tangent, side) * np.sin(twist)
@@ -112,7 +112,7 @@ def round_outline(sides: int) -> Array:
 
 
 def extrude(outer: Array, inner: Array, height: float) -> Part:
-    """Return the prism between two outlines of as many corners, from z 0 to `height`."""
+    """Return the prism between two outlines with equally many corners, from z 0 to `height`."""
     ring = np.stack([inner, outer, outer, inner])  # (4, n, 2), once around the section
     z = np.array([0, 0, height, height])[:, None, None]
     points = np.concatenate([ring, np.broadcast_to(z, (*ring.shape[:2], 1))], -1)
@@ -129,7 +129,7 @@ def plate(holes: tuple[int, int], radius: float, height: float, sides: int = 24)
 
 
 def box(x: float, y: float, z: float, bevel: float = 0.0) -> Part:
-    """Return a box centred on the origin, its upright edges and the others rounded off flat by `bevel`."""
+    """Return a box centred on the origin, with all edges chamfered by `bevel`."""
     if bevel <= 0:
         signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
         corners = signs * (x / 2, y / 2, z / 2)
@@ -175,10 +175,10 @@ def lattice(count: int) -> tuple[Array, Array, Array]:
 def isosurface(field: Array) -> Part:
     """Return the surface where a field changes sign, by surface nets.
 
-    `field` is (n, n, n) over the cube -1..1, negative inside. Where it is nowhere negative, a sphere stands in.
+    `field` is (n, n, n) over the cube -1..1, negative inside. If it is negative nowhere, the result is a sphere.
     """
     n = len(field)
-    field = np.pad(field, 1, constant_values=1.0)  # closed at the cube's faces
+    field = np.pad(field, 1, constant_values=1.0)  # closes the surface at the cube's faces
     inside = field < 0
     total = np.zeros((n + 1, n + 1, n + 1, 3))
     crossings = np.zeros((n + 1, n + 1, n + 1))
@@ -187,12 +187,12 @@ def isosurface(field: Array) -> Part:
         low = [slice(None)] * 3
         high = [slice(None)] * 3
         low[axis], high[axis] = slice(0, -1), slice(1, None)
-        i = np.argwhere(inside[tuple(low)] != inside[tuple(high)])  # edges along this axis that cross
+        i = np.argwhere(inside[tuple(low)] != inside[tuple(high)])  # edges along this axis with a sign change
         step = np.eye(3, dtype=np.int64)[axis]
         a, b = field[tuple(i.T)], field[tuple((i + step).T)]
         position = i + step * (a / (a - b))[:, None]
         u, v = np.eye(3, dtype=np.int64)[(axis + 1) % 3], np.eye(3, dtype=np.int64)[(axis + 2) % 3]
-        cells = np.stack([i - u - v, i - v, i, i - u], 1)  # the four cells round the edge, (m, 4, 3)
+        cells = np.stack([i - u - v, i - v, i, i - u], 1)  # the four cells around the edge, (m, 4, 3)
         cells[a > b] = cells[a > b][:, ::-1]
         for corner in range(4):
             flat = np.ravel_multi_index(tuple(cells[:, corner].T), crossings.shape)
@@ -204,7 +204,7 @@ def isosurface(field: Array) -> Part:
     if len(corners) == 0:
         return sphere()
     used = crossings.ravel() > 0
-    # One vertex a cell, amid its crossings.
+    # One vertex in each cell, at the mean of its crossings.
     vertices = total.reshape(-1, 3)[used] / crossings.ravel()[used, None]
     corners = (np.cumsum(used) - 1)[corners]
     triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])

@@ -1,4 +1,4 @@
-"""Things made of much the same over and over: rods, boxes, strokes on a board, one part many times."""
+"""Repetitive structures: rods, boxes, strokes on a board, copies of one part."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _cage(rng: Rng, thick: float) -> list[Part]:
 
 
 def _molecule(rng: Rng, thick: float) -> list[Part]:
-    """Balls, each with sticks to its nearest two."""
+    """Balls, with sticks to the nearest two."""
     points = rng.uniform(-1, 1, (int(rng.integers(5, 25)), 3))
     ball = moved(parts.sphere(16), rng.uniform(0.06, 0.2))
     pieces = [moved(ball, offset=point) for point in points]
@@ -54,7 +54,7 @@ def _molecule(rng: Rng, thick: float) -> list[Part]:
 
 
 def _fence(rng: Rng, thick: float) -> list[Part]:
-    """A grating of upright and level bars, sometimes two."""
+    """A grating of vertical and horizontal bars, sometimes two."""
     count = int(rng.integers(5, 25))
     pieces = [parts.rod(np.array([x, 0, -1]), np.array([x, 0, 1]), thick) for x in np.linspace(-1, 1, count)]
     across = int(rng.integers(2, count))
@@ -86,9 +86,9 @@ def glyphs(rng: Rng) -> Part:
     """Small square strokes raised on a board: lettering, circuits, keyboards, mazes, carved reliefs."""
     rows, columns = int(rng.integers(6, 48)), int(rng.integers(6, 64))
     kind = rng.integers(3)
-    if kind == 0:  # speckles
+    if kind == 0:  # noise
         picture = rng.random((rows, columns)) < rng.uniform(0.2, 0.6)
-    elif kind == 1:  # letters: random 5x3 patterns, apart
+    elif kind == 1:  # letters: random 5x3 patterns with gaps
         letters = rng.random((max(rows // 6, 1), max(columns // 4, 1), 5, 3)) < 0.6
         cells = np.pad(letters, ((0, 0), (0, 0), (0, 1), (0, 1)))
         picture = cells.transpose(0, 2, 1, 3).reshape(letters.shape[0] * 6, -1)
@@ -108,7 +108,7 @@ def glyphs(rng: Rng) -> Part:
 
 
 def array(rng: Rng) -> Part:
-    """One part many times, in a grid or a ring: chess boards, key caps, fans, flowers, chandeliers."""
+    """Copies of one part, in a grid or a ring: chess boards, key caps, fans, flowers, chandeliers."""
     kinds: list[Callable[[Rng], Part]] = [turned, ngon_solid, flange, robot_arm, leaf, stack, fastener]
     part = parts.fitted(kinds[rng.integers(len(kinds))](rng))
     if rng.random() < 0.5:

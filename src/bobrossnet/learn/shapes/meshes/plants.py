@@ -1,4 +1,4 @@
-"""Plants: a leaf, leaves round a stem, and trees that fork."""
+"""Plants: a leaf, leaves around a stem, and forking trees."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def leaf(rng: Rng) -> Part:
 
 
 def plant(rng: Rng) -> Part:
-    """Leaves round a stem or in a pot: palms, pineapples, flowers."""
+    """Leaves around a stem or in a pot: palms, pineapples, flowers."""
     pieces = [leaf(rng)]
     single = [moved(leaf(rng), rng.uniform(0.8, 1.6)) for _ in range(3)]
     for i in range(int(rng.integers(6, 40))):
@@ -29,7 +29,7 @@ def plant(rng: Rng) -> Part:
 
 
 def tree(rng: Rng) -> Part:
-    """Branches that fork and thin out, with or without leaves: trees, corals, antlers."""
+    """Forking, tapering branches, with or without leaves: trees, corals, antlers."""
     pieces: list[Part] = []
     leaf_kind = int(rng.integers(4))  # 1: balls, 2: leaves, others: bare
     spread, shrink = rng.uniform(0.3, 0.9), rng.uniform(0.6, 0.8)

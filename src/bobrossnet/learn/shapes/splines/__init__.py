@@ -1,4 +1,4 @@
-"""NURBS to learn from: vessels and hulls, sheets, tubes, and solids of trimmed faces."""
+"""NURBS for training: vessels and hulls, sheets, tubes, and solids of trimmed faces."""
 
 from __future__ import annotations
 
@@ -40,4 +40,4 @@ FAMILIES: dict[str, Callable[[Rng], SceneLike]] = {
         solids.engine,
     )
 }
-"""Each takes a generator and returns shapes of any size and place."""
+"""Families; each takes a generator and returns shapes of any size and position."""

@@ -1,7 +1,7 @@
-"""What the families of NURBS are made of: knots, outlines, faces that turn, extrude, loft and sweep them, and tubes.
+"""Building blocks of NURBS families: knots, outlines, revolved, extruded, lofted and swept faces, and tubes.
 
-Sections and symbols are those of *The NURBS Book* by Piegl and Tiller. An outline is a closed plane curve, a
-`TrimCurve`: the trim of a flat face, the section of an extrusion.
+Sections and symbols refer to *The NURBS Book* by Piegl and Tiller. An outline is a closed plane curve, a `TrimCurve`:
+the trim of a flat face, the section of an extrusion.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def clamped(count: int, degree: int, repeated: int = 1) -> Values:
 
 
 def _knots(count: int, degree: int, closed: bool) -> Values:
-    """Return knots for `count` control points; closed: not clamped, for what `_wrapped` returns."""
+    """Return knots for `count` control points; closed: unclamped, for the result of `_wrapped`."""
     return np.arange(-degree, count + degree + 1, dtype=np.float64) if closed else clamped(count, degree)
 
 
 def _wrapped(points: Values, degree: int, axis: int) -> Values:
-    """Return control points with the first ones again after the last, so that the curve closes smoothly."""
+    """Append the first control points after the last, so that the curve closes smoothly."""
     count = points.shape[axis]
     return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
@@ -51,27 +51,27 @@ def _wrapped(points: Values, degree: int, axis: int) -> Values:
 
 
 def circle(radius: float | Sequence[float] = 1.0, center: Any = (0.0, 0.0)) -> bob.TrimCurve:
-    """Return a circle, or of two radii an ellipse."""
+    """Return a circle, or an ellipse for two radii."""
     return bob.TrimCurve(CIRCLE * radius + np.asarray(center), CIRCLE_KNOTS, CIRCLE_WEIGHTS)
 
 
 def smooth(corners: Any, degree: int = 3) -> bob.TrimCurve:
-    """Return the closed B-spline of some control points (n, 2); of degree 1 it is their polygon."""
+    """Return the closed B-spline of control points (n, 2); degree 1 gives their polygon."""
     corners = np.asarray(corners, np.float64)
     return bob.TrimCurve(_wrapped(corners, degree, 0), _knots(len(corners), degree, True))
 
 
 def _bends(corners: Values, cut: float) -> tuple[Values, Values, Values]:
-    """Return what stands for the corners between two ends, each rounded by an arc (section 7.3), degree 2.
+    """Round the inner corners of a polyline by arcs of degree 2 (section 7.3).
 
     Parameters
     ----------
     corners : (n + 2, d)
-    cut : how far from its corner an arc begins, at most; never beyond the middle of a side
+    cut : maximum distance from a corner to the start of its arc; at most half a side
 
     Returns
     -------
-    (n, 3, d) and (n, 3): control points and weights of the arcs; (n, d) middles of the sides behind them
+    (n, 3, d) and (n, 3): control points and weights of the arcs; (n, d) midpoints of the following sides
     """
     before, at, after = corners[:-2], corners[1:-1], corners[2:]
     there, back = before - at, after - at
@@ -85,7 +85,7 @@ def _bends(corners: Values, cut: float) -> tuple[Values, Values, Values]:
 
 
 def rounded(corners: Any, cut: float) -> bob.TrimCurve:
-    """Return a polygon (n, 2) with its corners rounded by arcs, which begin `cut` before them."""
+    """Return a polygon (n, 2) with its corners rounded by arcs, starting `cut` before them."""
     corners = np.asarray(corners, np.float64)
     arcs, weights, middles = _bends(np.concatenate([corners[-1:], corners, corners[:1]]), cut)
     points = np.concatenate([arcs, middles[:, None]], axis=1).reshape(-1, 2)
@@ -108,7 +108,7 @@ def star(points: int, depth: float, turn: float = 0.0) -> Values:
 
 
 def random_outline(rng: Rng, size: float = 1.0, center: Any = (0.0, 0.0)) -> bob.TrimCurve:
-    """Return a round, rounded, angular, starry or wavy outline that lies in a circle."""
+    """Return a round, rounded, angular, starry or wavy outline within a circle."""
     sides, turn = int(rng.integers(3, 9)), rng.uniform(0, 6)
     kind = rng.integers(6)
     if kind == 0:
@@ -135,7 +135,7 @@ def surface(
     weights: Values | None = None,
     trims: Any = None,
 ) -> bob.Face:
-    """Return the face of a net (n, m, 3), smoothly closed along u or v where asked; parameters count control points."""
+    """Return the face of a net (n, m, 3), optionally closed along u or v; parameters count control points."""
     net = np.asarray(control_points, np.float64)
     knots = [_knots(net.shape[axis], degrees[axis], closed[axis]) for axis in (0, 1)]
     for axis in (0, 1):
@@ -146,7 +146,7 @@ def surface(
 
 
 def revolved(profile: Any, knots: Any, weights: Any = None, trims: Any = None) -> bob.Face:
-    """Return the surface of revolution about z (section 8.5) of a curve of (n, 2) radii and heights; v is around."""
+    """Return the surface of revolution about z (section 8.5) of a curve of (n, 2) radii and heights. v is the angle."""
     profile = np.asarray(profile, np.float64)
     around = profile[:, None, :1] * CIRCLE
     net = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
@@ -156,23 +156,23 @@ def revolved(profile: Any, knots: Any, weights: Any = None, trims: Any = None) -
 
 
 def lathe(profile: Any, degree: int = 1) -> bob.Brep:
-    """Return the solid or vessel that turns a clamped curve of (n, 2) radii and heights about z."""
+    """Revolve a clamped curve of (n, 2) radii and heights about z, to a solid or vessel."""
     return bob.Brep([revolved(profile, clamped(len(profile), degree))])
 
 
 def ball(radius: float = 1.0) -> bob.Brep:
-    """Return a sphere, exactly."""
+    """Return an exact sphere."""
     half = np.array([(0, -1), (1, -1), (1, 0), (1, 1), (0, 1)])
     return bob.Brep([revolved(radius * half, [0, 0, 0, 1, 1, 2, 2, 2], CIRCLE_WEIGHTS[:5])])
 
 
 def torus(radius: float, thickness: float) -> bob.Brep:
-    """Return a torus about z, exactly; `thickness` is the radius of its tube."""
+    """Return an exact torus about z; `thickness` is the radius of its tube."""
     return bob.Brep([revolved(CIRCLE * thickness + (radius, 0), CIRCLE_KNOTS, CIRCLE_WEIGHTS)])
 
 
 def flat(loops: Sequence[bob.TrimCurve], z: float = 0.0) -> bob.Face:
-    """Return what an odd number of outlines goes around of the plane at z; its parameters are x and y."""
+    """Return the plane at z trimmed by outlines, with the even-odd rule; its parameters are x and y."""
     points = np.concatenate([loop.control_points for loop in loops])
     low, high = points.min(axis=0) - 0.01, points.max(axis=0) + 0.01
     net = [[(x, y, z) for y in (low[1], high[1])] for x in (low[0], high[0])]
@@ -181,7 +181,7 @@ def flat(loops: Sequence[bob.TrimCurve], z: float = 0.0) -> bob.Face:
 
 
 def extruded(loops: Sequence[bob.TrimCurve], height: float) -> bob.Brep:
-    """Return the solid between z = 0 and a height over what an odd number of outlines goes around (section 8.3)."""
+    """Extrude outlines, with the even-odd rule, from z = 0 to a height (section 8.3)."""
     faces = [flat(loops), flat(loops, height)]
     for loop in loops:
         wall = [np.insert(loop.control_points, 2, z, axis=1) for z in (0.0, height)]
@@ -191,20 +191,20 @@ def extruded(loops: Sequence[bob.TrimCurve], height: float) -> bob.Brep:
 
 
 def box(size: Any) -> bob.Brep:
-    """Return a box about the middle of its bottom, of three lengths."""
+    """Return a box of three lengths, centred above the origin."""
     x, y, z = (float(length) for length in size)
     return extruded([smooth([(-x / 2, -y / 2), (x / 2, -y / 2), (x / 2, y / 2), (-x / 2, y / 2)], 1)], z)
 
 
 def swept(section: Any, path: Any, scale: Any = 1.0, twist: Any = 0.0, closed: bool = False) -> bob.Face:
-    """Return the surface that a closed section sweeps along a path, without needless rotation, bicubic (section 10.4).
+    """Sweep a closed section along a path, with minimal rotation, bicubic (section 10.4).
 
     Parameters
     ----------
     section : (m, 2)
     path : (n, 3)
     scale, twist : number or (n,), of the section at each point; twist in radians
-    closed : the path, too
+    closed : whether the path is closed
     """
     section, path = np.asarray(section, np.float64), np.asarray(path, np.float64)
     along = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0) if closed else np.gradient(path, axis=0)
@@ -217,7 +217,7 @@ def swept(section: Any, path: Any, scale: Any = 1.0, twist: Any = 0.0, closed: b
         sides.append(side)
     x = np.array(sides)
     y = np.cross(along, x)
-    if closed:  # what the frame has turned by at its return is undone bit by bit
+    if closed:  # distributes the frame's rotation after one turn over the path
         end = x[-1] - along[0] * (x[-1] @ along[0])
         twist = twist - np.arctan2(end @ y[0], end @ x[0]) * np.arange(len(path)) / len(path)
     angle = np.broadcast_to(twist, len(path))
@@ -243,7 +243,7 @@ def ring(points: Any, radius: float, degree: int = 3) -> bob.Tube:
 
 
 def pipe(corners: Any, radius: float, bend: float) -> bob.Tube:
-    """Return a tube straight from corner to corner, with arcs that begin `bend` before them."""
+    """Return a tube with straight segments, and arcs that start `bend` before the corners."""
     corners = np.asarray(corners, np.float64)
     if len(corners) == 2:
         return bob.polyline(corners, radius)
@@ -258,6 +258,6 @@ def pipe(corners: Any, radius: float, bend: float) -> bob.Tube:
 
 
 def around(shape: bob.Shape | bob.Instance, count: int, phase: float = 0.0) -> list[bob.Instance]:
-    """Return a shape `count` times, evenly turned about z."""
+    """Return `count` instances of a shape, evenly rotated about z."""
     placed = shape if isinstance(shape, bob.Instance) else bob.Instance(shape)
     return [placed.rotate(phase + 2 * np.pi * i / count) for i in range(count)]

@@ -23,7 +23,7 @@ def _border(face: bob.Face) -> bob.TrimCurve:
 
 
 def _holes(rng: Rng, face: bob.Face, rows: int, columns: int) -> list[bob.TrimCurve]:
-    """Return outlines in a grid over a face's domain, alike or each another, with some left out."""
+    """Return outlines in a grid over a face's domain, equal or different, with some omitted."""
     (u0, u1), (v0, v1) = face.domain
     step = np.array([(u1 - u0) / rows, (v1 - v0) / columns])
     alike = parts.random_outline(rng, rng.uniform(0.2, 0.45)) if rng.random() < 0.6 else None
@@ -41,7 +41,7 @@ def _holes(rng: Rng, face: bob.Face, rows: int, columns: int) -> list[bob.TrimCu
 
 
 def terrain(rng: Rng) -> SceneLike:
-    """Hills over a square or in a round outline, faceted, terraced or smooth, with balls, cones or posts on them."""
+    """Hills over a square or a round outline, faceted, terraced or smooth, with balls, cones or posts."""
     n, m = (int(count) for count in rng.integers(6, 17, 2))
     x, y = _grid(n, m)
     z = rng.normal(0, rng.uniform(0.02, 0.12), (n, m))
@@ -77,7 +77,7 @@ def terrain(rng: Rng) -> SceneLike:
 
 
 def drapery(rng: Rng) -> SceneLike:
-    """Cloth that hangs in folds: a curtain with its rod, a cloth over a table, a flag or a tent."""
+    """Cloth with folds: a curtain with its rod, a tablecloth, a flag or a tent."""
     kind = rng.integers(4)
     if kind == 0:
         waves = int(rng.integers(4, 14))
@@ -165,7 +165,7 @@ def pierced(rng: Rng) -> SceneLike:
 
 
 def flower(rng: Rng) -> SceneLike:
-    """Rings of petals about a heart, on a stem with leaves."""
+    """Rings of petals around a centre, on a stem with leaves."""
 
     def petal(length: float, width: float, lift: float, curl: float) -> bob.Brep:
         n, m = int(rng.integers(4, 7)), int(rng.integers(4, 6))
@@ -204,7 +204,7 @@ def flower(rng: Rng) -> SceneLike:
 
 
 def ribbon(rng: Rng) -> SceneLike:
-    """Ribbons wound as helices, spirals, twisted rings or double staircases, some with rungs."""
+    """Ribbons: helices, spirals, twisted rings or double staircases, some with rungs."""
     kind = rng.integers(4)
     turns = rng.uniform(1.5, 5)
     count = int(turns * 8) + 2
@@ -229,7 +229,7 @@ def ribbon(rng: Rng) -> SceneLike:
                 bob.polyline([a, b], 0.012) for a, b in zip(net[1:-1, -1] * (0.97, 0.97, 1), rail[1:-1], strict=True)
             ]
         return pieces
-    if kind == 2:  # a twisted ring: a Moebius strip where the half turns are odd
+    if kind == 2:  # a twisted ring: a Moebius strip for an odd number of half turns
         half_turns, sides = int(rng.integers(0, 6)), 24
         angle = np.arange(sides + 1) * 2 * np.pi / sides
         ring = np.stack([np.cos(angle), np.sin(angle), 0.2 * np.sin(rng.integers(0, 4) * angle)], axis=1)
@@ -245,7 +245,7 @@ def ribbon(rng: Rng) -> SceneLike:
 
 
 def impeller(rng: Rng) -> SceneLike:
-    """Blades about a hub, a propeller, fan or turbine, in a ring or on a disk at times."""
+    """Blades around a hub: a propeller, fan or turbine, sometimes in a ring or on a disc."""
     count, hub = int(rng.integers(2, 17)), rng.uniform(0.1, 0.4)
     s, t = np.linspace(0, 1, 5)[:, None], np.linspace(-1, 1, 4)
     width = (

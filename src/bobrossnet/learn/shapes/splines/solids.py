@@ -48,18 +48,18 @@ _LETTERS = {
 
 
 def _within(rng: Rng, outline: bob.TrimCurve) -> bob.TrimCurve:
-    """Return an outline's smaller copy about its origin."""
+    """Return a smaller copy of an outline, scaled about its origin."""
     return bob.TrimCurve(outline.control_points * rng.uniform(0.3, 0.8), outline.knots, outline.weights)
 
 
 def _tilted(rng: Rng, pieces: SceneLike) -> SceneLike:
-    """Return what is flat as it is, or turned, since cameras look rather from the side."""
+    """Return flat pieces unchanged or tilted, since most cameras look from the side."""
     angle, axis = rng.uniform(0, np.pi / 2) * (rng.random() < 0.7), rng.normal(0, 1, 2)
     return [piece.rotate(angle, (*axis, 0)) for piece in bob.Scene(pieces).instances]
 
 
 def bracket(rng: Rng) -> SceneLike:
-    """Plates with bores and slots, stacked, or with a second one upright."""
+    """Plates with bores and slots, stacked, or with a second plate upright."""
     height = rng.uniform(0.1, 0.6)
     outline = parts.random_outline(rng, 1.0)
     reach = 0.75 * np.linalg.norm(outline.control_points, axis=1).min()
@@ -107,7 +107,7 @@ def letters(rng: Rng) -> SceneLike:
 
 
 def _gear(rng: Rng, teeth: int, radius: float, height: float) -> list[bob.Instance]:
-    """Return a gear about z with teeth of a spline, a bore, and openings or a hub at times."""
+    """Return a gear about z with spline teeth, a bore, and optional openings or hub."""
     degree, depth = int(rng.integers(1, 4)), min(0.25, 3.5 / teeth)
     corners = parts.polygon(4 * teeth)
     corners *= np.tile([1, 1, 1 - depth, 1 - depth], teeth)[:, None] * radius
@@ -133,7 +133,7 @@ def _gear(rng: Rng, teeth: int, radius: float, height: float) -> list[bob.Instan
 
 
 def gears(rng: Rng) -> SceneLike:
-    """Gears with teeth of splines, one or several on their axles."""
+    """Gears with spline teeth, one or several on their axles."""
     pieces: list[bob.Shape | bob.Instance] = []
     place, module = np.zeros(3), rng.uniform(0.08, 0.14)
     previous, heading = 0.0, rng.uniform(0, 6)

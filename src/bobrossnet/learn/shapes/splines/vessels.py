@@ -1,4 +1,4 @@
-"""Vessels, hulls, bodies, blobs: what is turned, lofted or closed."""
+"""Revolved, lofted and closed surfaces: vessels, hulls, bodies, blobs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bobrossnet.tracing.scene import SceneLike
 
 
 def _profile(rng: Rng) -> Values:
-    """Return (n, 2) radii and heights from the foot's middle up to the lip: of a bowl, bottle, goblet, lamp or vase."""
+    """Return (n, 2) radii and heights of a bowl, bottle, goblet, lamp or vase, from the foot's centre to the lip."""
     kind, height = rng.integers(5), rng.uniform(0.8, 2.6)
     if kind == 0:
         radii, height = [rng.uniform(0.2, 0.6), rng.uniform(0.5, 1), rng.uniform(0.9, 1.2), 1.2], rng.uniform(0.4, 1)
@@ -31,10 +31,10 @@ def _profile(rng: Rng) -> Values:
 
 
 def vessel(rng: Rng) -> SceneLike:
-    """A vase, bowl, bottle, goblet or lamp, turned or fluted, thin or thick, with handles, rings and a lid at times."""
+    """A vase, bowl, bottle, goblet or lamp, revolved or fluted, thin or thick, with optional handles, rings and lid."""
     profile = _profile(rng)
     outside = len(profile) - 1
-    if rng.random() < 0.4:  # a wall of some thickness
+    if rng.random() < 0.4:  # a wall with thickness
         inside = profile[:1:-1] * (1, 1) - (rng.uniform(0.03, 0.1), -0.02)
         profile = np.concatenate([profile, [(r, z) for r, z in inside if r > 0.03], [(0.0, 0.06)]])
     degree = int(rng.choice([1, 2, 3, 3, 4]))
@@ -226,7 +226,7 @@ def aircraft(rng: Rng) -> SceneLike:
 
 
 def blob(rng: Rng) -> SceneLike:
-    """A closed bicubic body, like a ball or a ring, its control points pushed about."""
+    """A closed bicubic body, like a ball or a ring, with perturbed control points."""
     if rng.random() < 0.35:
         path = np.insert(parts.polygon(int(rng.integers(7, 14))), 2, 0.0, axis=1)
         path += rng.normal(0, 0.12, path.shape)
@@ -253,7 +253,7 @@ def blob(rng: Rng) -> SceneLike:
 
 
 def toy(rng: Rng) -> SceneLike:
-    """A robot of balls, rings, cones, boxes and rounded bars, alike on both sides."""
+    """A symmetric robot of balls, rings, cones, boxes and rounded bars."""
     turned = [
         parts.ball(),
         parts.torus(0.8, rng.uniform(0.15, 0.35)),

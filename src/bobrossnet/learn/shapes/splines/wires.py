@@ -49,7 +49,7 @@ def pipes(rng: Rng) -> SceneLike:
 
 
 def spring(rng: Rng) -> SceneLike:
-    """Coils: straight, conical or like barrels, side by side or one in another, between plates at times."""
+    """Coils: straight, conical or barrel-shaped, in a row or nested, sometimes between plates."""
     pieces: list[bob.Shape | bob.Instance] = []
     count = int(rng.integers(1, 4))
     apart, height = bool(rng.random() < 0.4), rng.uniform(1, 3)
@@ -73,7 +73,7 @@ def spring(rng: Rng) -> SceneLike:
 
 
 def basket(rng: Rng) -> SceneLike:
-    """Wickerwork or wire over a turned form: staves, hoops or a weave, with a handle or a floor at times."""
+    """Wickerwork or wire on a surface of revolution: staves, hoops or a weave, with an optional handle or floor."""
     staves, hoops = int(rng.integers(6, 22)) * 2, int(rng.integers(3, 13))
     height, wire = rng.uniform(0.6, 2), rng.uniform(0.015, 0.04)
     lower, middle, upper = rng.uniform(0.4, 1, 3)
@@ -81,7 +81,7 @@ def basket(rng: Rng) -> SceneLike:
     twist = rng.choice([0, 0, 1.5])
 
     def form(s: Values, angle: Values, out: Values | float = 0.0) -> Values:
-        """Return points at heights s, 0..1, and angles, moved outwards."""
+        """Return points at heights s, 0..1, and angles, offset outwards."""
         r = lower * (1 - s) ** 2 + 2 * middle * s * (1 - s) + upper * s**2 + out
         return np.stack([r * np.cos(angle), r * np.sin(angle), height * s], axis=1)
 
@@ -117,7 +117,7 @@ def scaffold(rng: Rng) -> SceneLike:
     middle = (counts - 1) / 2
 
     def place(cell: NDArray[Any]) -> Values:
-        """Return where a joint of the lattice is: the higher, the narrower, more turned and bent."""
+        """Return the position of a lattice joint: higher ones are narrower, more twisted and more bent."""
         x, y, z = cell - middle
         s = cell[2] / (counts[2] - 1)
         size, angle = 1 - taper * s, twist * s * 2
@@ -220,7 +220,7 @@ def cables(rng: Rng) -> SceneLike:
 
 
 def branches(rng: Rng) -> SceneLike:
-    """A tree or coral of tapering, bending tubes, with fruit or leaves at times."""
+    """A tree or coral of tapering, bent tubes, with optional fruit or leaves."""
     pieces: list[bob.Shape | bob.Instance] = []
     spread, bend = rng.uniform(0.35, 0.9), rng.uniform(0.05, 0.25)
     fork, shrink, lift = int(rng.integers(2, 4)), rng.uniform(0.6, 0.8), rng.uniform(0, 0.4)
@@ -260,7 +260,7 @@ def branches(rng: Rng) -> SceneLike:
 
 
 def knot(rng: Rng) -> SceneLike:
-    """Knots on a torus or of Lissajous, of round tubes or of swept stars and bands."""
+    """Torus knots or Lissajous knots, of round tubes or of swept stars and bands."""
     kind = rng.integers(3)
     if kind < 2:
         p, q = ((2, 3), (3, 2), (2, 5), (3, 4), (5, 2), (3, 5), (1, 6), (2, 7))[rng.integers(8)]
@@ -300,7 +300,7 @@ def chair(rng: Rng) -> SceneLike:
                 parts.pipe([(0, y, 0), (0.05, y, height), (-lean, y, height + back)], wire, 0.2),
                 parts.pipe([(depth, y, 0), (depth, y, height), (0, y, height)], wire, 0.2),
             ]
-        elif kind == 1:  # one bent tube, which springs
+        elif kind == 1:  # one bent cantilever tube
             pieces.append(
                 parts.pipe(
                     [(0, y, 0), (depth, y, 0), (depth, y, height), (0, y, height), (-lean, y, height + back)],

@@ -1,0 +1,47 @@
+"""What a command tells: lines for people, or with --json one object for programs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import Any
+
+STANDARD_OUTPUT = "-"
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add --json and --quiet."""
+    told = parser.add_mutually_exclusive_group()
+    told.add_argument("--json", action="store_true", help="print one JSON object instead of lines")
+    told.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
+
+
+class Report:
+    """Lines and fields of one command; on stderr if its result is written to standard output.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        With `json`, `quiet`, `warnings`, a list of the warnings so far, and perhaps `out`.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.fields: dict[str, Any] = {}
+        self._options = options
+        self._stream = sys.stderr if getattr(options, "out", None) == STANDARD_OUTPUT else sys.stdout
+
+    def line(self, text: str = "") -> None:
+        """A line for people."""
+        if not (self._options.json or self._options.quiet):
+            print(text, file=self._stream)
+
+    def end(self) -> None:
+        """Print the fields, if they were asked for."""
+        if self._options.json:
+            print(json.dumps(self.fields | {"warnings": self._options.warnings}), file=self._stream)
+
+
+def plural(counts: dict[str, int]) -> dict[str, int]:
+    """`counts` of a scene or a shape, as programs read them: `triangles`, whatever their number."""
+    return {f"{noun}s": count for noun, count in counts.items()}

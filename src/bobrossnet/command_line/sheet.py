@@ -1,0 +1,75 @@
+"""`bobrossnet sheet`: views of shapes to one scale, with dimensions."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from bobrossnet.command_line import arguments
+from bobrossnet.command_line.report import STANDARD_OUTPUT, Report, add_report, plural
+
+SIZE = (900, 1200)
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    sheet = commands.add_parser(
+        "sheet",
+        help="draw views of shapes to one scale, with dimensions",
+        description="Draw orthographic views of shapes to one scale, with edges, dimensions and names of parts.",
+    )
+    sheet.set_defaults(run=run)
+    arguments.add_files(sheet)
+    arguments.add_size(sheet, SIZE)
+    sheet.add_argument(
+        "--views",
+        default="top,isometric,front,right",
+        metavar="VIEW,...",
+        help="one to six of front, back, right, left, top, bottom and isometric (default: top,isometric,front,right)",
+    )
+    sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
+    sheet.add_argument("--unit", default="", help="follows the dimensions, such as mm")
+    sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
+    arguments.add_up(sheet)
+    told = "default: sheet.png; - writes a PNG to standard output"
+    sheet.add_argument("-o", "--out", default="sheet.png", metavar="PICTURE", help=told)
+    add_report(sheet)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Draw the sheet, and print the dimensions."""
+    import bobrossnet as bob
+    from bobrossnet.picture.files import check_picture_path, png
+    from bobrossnet.pictures.sheets import extent
+    from bobrossnet.support.machine import limit_memory
+
+    limit_memory()
+    report = Report(options)
+    to_stdout = options.out == STANDARD_OUTPUT
+    if not to_stdout:
+        check_picture_path(options.out)
+    scene = arguments.scene_of(options)
+    title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
+    start = time.perf_counter()
+    views = options.views.split(",")
+    picture = bob.sheet(scene, views, size=options.size, title=title, unit=options.unit, edges=options.edges)
+    seconds = time.perf_counter() - start
+    if to_stdout:
+        sys.stdout.buffer.write(png(picture.rgba))
+    else:
+        picture.save(options.out)
+    box = extent(scene)
+    size = " x ".join(f"{side:.4g}" for side in box.size) + (f" {options.unit}" if options.unit else "")
+    report.line(f"wrote {'standard output' if to_stdout else options.out}: {scene.describe()}, {size}, {seconds:.1f} s")
+    report.fields |= {
+        "picture": options.out,
+        "views": views,
+        "scene": plural(scene.counts()),
+        "bounds": [box.low.tolist(), box.high.tolist()],
+        "unit": options.unit,
+        "seconds": seconds,
+    }
+    report.end()

@@ -1,0 +1,364 @@
+"""Sheets: orthographic views of a scene to one scale, with its edges and dimensions, on one page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import floor, log10
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.color import from_srgb
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.files import color_to_8_bit
+from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import render
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.trace import SceneTracer
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+
+VIEWS = {
+    "front": (-90.0, 0.0),
+    "back": (90.0, 0.0),
+    "right": (0.0, 0.0),
+    "left": (180.0, 0.0),
+    "top": (-90.0, 90.0),
+    "bottom": (-90.0, -90.0),
+    "isometric": (-45.0, 35.26438968),
+}
+"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
+
+SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", "bottom": "xy"}
+"""The axes across and up of each view whose dimensions are drawn."""
+
+LAYOUT = ("top", "isometric", "front", "right")
+"""Third-angle projection: the top view lies above the front view, the right view to its right."""
+
+LOOKED = 256
+"""Rays along each side of a scene whose extent is measured: a ball's comes out 1e-5 too small."""
+
+CREASE = 30.0
+"""Degrees between normals of neighbouring pixels that make an edge, as those of a mesh's crease."""
+
+STEP = 1.0
+"""Pixels by which a neighbour's depth must leave the plane of either pixel to make an edge."""
+
+PIXELS_A_PLACE = 16
+"""Of which one is asked for its part."""
+
+MAX_NAMES = 12
+MAX_NAME = 24
+
+INK, GRAY, PAPER = (20, 24, 32), (110, 118, 130), (255, 255, 255)
+
+
+class Extent(NamedTuple):
+    """The smallest box around a scene's surfaces, in its units."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        return self.high - self.low
+
+
+def extent(scene: SceneLike) -> Extent:
+    """Measure the box around a scene.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance, path or iterable of these
+
+    Returns
+    -------
+    Extent
+        Exact for meshes. Other surfaces are met by rays from six sides: parts thinner than 1/256 may be missed.
+    """
+    scene = as_scene(scene)
+    low, high = scene.boxes[:, 0].min(axis=0), scene.boxes[:, 1].max(axis=0)
+    if all(isinstance(instance.shape, Mesh) for instance in scene.instances):
+        return Extent(low, high)
+    found_low, found_high = high.copy(), low.copy()
+    places = (np.arange(LOOKED) + 0.5) / LOOKED
+    for axis in range(3):
+        across, up = (axis + 1) % 3, (axis + 2) % 3
+        origins = np.empty((LOOKED, LOOKED, 3))
+        origins[..., across] = low[across] + (high - low)[across] * places[:, None]
+        origins[..., up] = low[up] + (high - low)[up] * places
+        direction = np.zeros(3)
+        for sign in (1, -1):
+            origins[..., axis] = (low if sign > 0 else high)[axis] - sign * scene.radius
+            direction[axis] = sign
+            rays = origins.reshape(-1, 3)
+            distance = scene.closest_hits(rays, np.broadcast_to(direction, rays.shape)).distance.min()
+            if np.isfinite(distance):
+                at = rays[0, axis] + sign * distance
+                if sign > 0:
+                    found_low[axis] = at
+                else:
+                    found_high[axis] = at
+    missed = found_low > found_high
+    return Extent(np.where(missed, low, found_low), np.where(missed, high, found_high))
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """A view in its place on the sheet."""
+
+    name: str
+    left: int
+    top: int
+    size: tuple[int, int]
+
+
+def sheet(
+    scene: SceneLike,
+    views: Sequence[str] = LAYOUT,
+    *,
+    size: SizeLike = "1200x900",
+    title: str | None = None,
+    unit: str = "",
+    edges: bool = True,
+    names: bool = True,
+) -> Picture:
+    """Draw views of a scene to one scale, with its edges, dimensions and a scale bar.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance, path or iterable of these
+    views : sequence of str
+        One to six of "front", "back", "right", "left", "top", "bottom" and "isometric", in rows of two from the top
+        left on. By default third-angle projection.
+    size : (height, width), or "WIDTHxHEIGHT"
+        At least 240 x 240.
+    title : str, optional
+        The first words of the bottom line; size and number of parts follow. By default the scene's description.
+    unit : str, optional
+        Follows the dimensions, such as "mm".
+    edges : bool
+        Draw silhouettes and creases.
+    names : bool
+        Name up to twelve parts in the isometric view, if they have different names.
+
+    Returns
+    -------
+    Picture
+        Opaque, on white.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or a view has another name.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> bob.sheet(bob.happy_tree(), size="480x360").size
+    (360, 480)
+    """
+    from PIL import Image, ImageDraw
+
+    scene = as_scene(scene)
+    height, width = check_size(size)
+    if min(height, width) < 240:
+        raise InputError(f"size: expected at least 240x240, got {width}x{height}")
+    chosen = [
+        check_choice("views", view, tuple(VIEWS))
+        for view in each_of("views", [views] if isinstance(views, str) else views, "names of views")
+    ]
+    if not 1 <= len(chosen) <= 6:
+        raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
+    edges, names = check_flag("edges", edges), check_flag("names", names)
+    for name, text in (("title", "" if title is None else title), ("unit", unit)):
+        if not isinstance(text, str):
+            raise InputTypeError(f"{name}: expected a string, got {type(text).__name__}")
+
+    box = extent(scene)
+    line = max(14, min(height, width) // 45)
+    cells = _cells(chosen, height - 2 * line, width)
+    fits = [_fit(scene, box, cell, line) for cell in cells]
+    zoom = min(camera.zoom for camera in fits)
+    cameras = [replace(camera, zoom=zoom) for camera in fits]
+    page = Image.new("RGB", (width, height), PAPER)
+    draw = ImageDraw.Draw(page)
+    pixels = min(cells[0].size) * zoom / (2 * scene.radius)
+    for cell, camera in zip(cells, cameras, strict=True):
+        page.paste(Image.fromarray(_drawn(scene, camera, cell.size, edges)), (cell.left, cell.top))
+    for cell, camera in zip(cells, cameras, strict=True):
+        _label(draw, (cell.left + line // 2, cell.top + line // 2), cell.name, line, GRAY, "lt")
+        if cell.name in SIDES:
+            _dimensions(draw, box, cell, pixels, line, unit)
+        elif names:
+            _names(draw, scene, camera, cell, line)
+    _scale_bar(draw, (width, height - line), pixels, line, unit)
+    parts = len(scene.instances)
+    words = [
+        scene.describe() if title is None else title,
+        " x ".join(f"{side:.4g}" for side in box.size) + (f" {unit}" if unit else ""),
+    ]
+    if parts > 1:
+        words.append(f"{parts:,} parts")
+    _label(draw, (line // 2, height - line), "   ".join(words), line, INK, "lm", width - line - 8 * line)
+    return Picture(np.asarray(from_srgb(np.asarray(page) / 255), np.float32), np.ones((height, width), np.float32))
+
+
+def _cells(views: list[str], height: int, width: int) -> list[_Cell]:
+    columns = 1 if len(views) == 1 else 2 if len(views) <= 4 else 3
+    rows = -(-len(views) // columns)
+    size = height // rows, width // columns
+    return [_Cell(view, i % columns * size[1], i // columns * size[0], size) for i, view in enumerate(views)]
+
+
+def _fit(scene: Scene, box: Extent, cell: _Cell, line: int) -> Camera:
+    """The largest view of the cell that leaves room for dimensions and names around it."""
+    azimuth, elevation = VIEWS[cell.name]
+    camera = Camera(azimuth, elevation)
+    rows, columns = cell.size
+    room = rows - 7 * line, columns - 8 * line
+    if cell.name not in SIDES:
+        fit = fitted(scene, camera, size=room, margin=0)
+        return replace(fit, zoom=fit.zoom * min(room) / min(rows, columns))
+    wide, high = (float(box.size["xyz".index(axis)]) / (2 * scene.radius) for axis in SIDES[cell.name])
+    zoom = min(room[0] / max(high, 1e-6), room[1] / max(wide, 1e-6)) / min(rows, columns)
+    middle = (((box.low + box.high) / 2 - scene.center) / scene.radius).astype(np.float32)
+    row, column = camera.core(scene.center, scene.radius).seen(rows, columns, middle[None])[0, :2]
+    radii = 2 / min(rows, columns)
+    pan = (float(column + 0.5 - columns / 2) * radii, -float(row + 0.5 - rows / 2) * radii)
+    return replace(camera, zoom=zoom, pan=pan)
+
+
+def _drawn(scene: Scene, camera: Camera, size: tuple[int, int], edges: bool) -> NDArray[np.uint8]:
+    """(H, W, 3) uint8."""
+    color = render(scene, camera, size=size, background="#ffffff", light="headlight").color
+    if edges:
+        color = color * (1 - 0.85 * _edges(scene, camera, size)[..., None])
+    return color_to_8_bit(color)
+
+
+def _edges(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray[np.float32]:
+    """(H, W) in 0..1: silhouettes, steps of depth and creases."""
+    height, width = size
+    pixels = tiled_pixels(size)
+    values = SceneTracer(scene, camera, size, Layout("mask,depth,normal"))(pixels).values
+    seen = np.zeros((height, width, 4), np.float32)
+    seen[pixels[:, 0], pixels[:, 1]] = values
+    hit, depth, normal = seen[..., 0] > 0, seen[..., 1], seen[..., 2:4]
+    toward = np.sqrt(np.maximum(1 - (normal**2).sum(axis=-1), 1e-4))
+    pixel = 1 / (min(size) * camera.zoom)  # a pixel's width in units of depth, which spans two radii
+    found = np.zeros((height, width), bool)
+    for down, right in ((0, 1), (1, 0)):
+        here, there = (slice(height - down), slice(width - right)), (slice(down, None), slice(right, None))
+        slope = pixel * (down * normal[..., 1] - right * normal[..., 0]) / toward
+        cosine = (normal[here] * normal[there]).sum(axis=-1) + toward[here] * toward[there]
+        change = depth[there] - depth[here]
+        off_plane = np.minimum(abs(change - slope[here]), abs(change - slope[there]))
+        step = off_plane > pixel * STEP + np.maximum(abs(slope[here]), abs(slope[there])) / 2
+        both = hit[here] & hit[there]
+        edge = (hit[here] != hit[there]) | (both & ((cosine < np.cos(np.radians(CREASE))) | step))
+        # On the nearer surface, so that lines are one pixel wide.
+        nearer = hit[here] & (~hit[there] | (change <= 0))
+        found[here] |= edge & nearer
+        found[there] |= edge & ~nearer
+    return found.astype(np.float32)
+
+
+# ---- Lines and words -------------------------------------------------------------------------------------
+
+
+def _font(size: int) -> Any:
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)
+
+
+def _label(
+    draw: ImageDraw,
+    place: tuple[float, float],
+    text: str,
+    line: int,
+    color: tuple[int, int, int],
+    anchor: str,
+    width: float | None = None,
+) -> None:
+    """Text of the line's height, smaller or cut off if it is wider than `width`."""
+    font = _font(round(0.8 * line))
+    while width is not None and draw.textlength(text, font=font) > width and len(text) > 4:
+        text = f"{text[:-4]}..."
+    draw.text(place, text, color, font=font, anchor=anchor)
+
+
+def _dimensions(draw: ImageDraw, box: Extent, cell: _Cell, pixels: float, line: int, unit: str) -> None:
+    """A dimension line below the view and one to its left."""
+    wide, high = (float(box.size["xyz".index(axis)]) for axis in SIDES[cell.name])
+    middle = cell.left + cell.size[1] / 2, cell.top + cell.size[0] / 2
+    left, right = middle[0] - wide * pixels / 2, middle[0] + wide * pixels / 2
+    top, bottom = middle[1] - high * pixels / 2, middle[1] + high * pixels / 2
+    y, x, tick = bottom + 1.2 * line, left - 1.2 * line, 0.3 * line
+    draw.line([(left, y), (right, y)], GRAY)
+    for end in (left, right):
+        draw.line([(end, bottom + 0.4 * line), (end, y + tick)], GRAY)
+    draw.line([(x, top), (x, bottom)], GRAY)
+    for end in (top, bottom):
+        draw.line([(left - 0.4 * line, end), (x - tick, end)], GRAY)
+    suffix = f" {unit}" if unit else ""
+    _label(draw, (middle[0], y + 0.3 * line), f"{wide:.4g}{suffix}", line, INK, "mt")
+    _label(draw, (x - 0.4 * line, middle[1]), f"{high:.4g}{suffix}", line, INK, "rm")
+
+
+def _scale_bar(draw: ImageDraw, corner: tuple[int, int], pixels: float, line: int, unit: str) -> None:
+    """The longest of 1, 2 or 5 times a power of ten units that is at most six lines wide."""
+    longest = 6 * line / pixels
+    power = 10.0 ** floor(log10(longest))
+    length = max(times * power for times in (1, 2, 5) if times * power <= longest)
+    right = corner[0] - line / 2
+    left, y = right - length * pixels, corner[1] + 0.3 * line
+    draw.line([(left, y), (right, y)], INK, width=max(2, line // 8))
+    for end in (left, right):
+        draw.line([(end, y - 0.25 * line), (end, y + 0.25 * line)], INK, width=max(2, line // 8))
+    text = f"{length:.4g}" + (f" {unit}" if unit else "")
+    _label(draw, ((left + right) / 2, y - 0.3 * line), text, line, INK, "mb")
+
+
+def _names(draw: ImageDraw, scene: Scene, camera: Camera, cell: _Cell, line: int) -> None:
+    """The parts' names at the right border, each with a leader to a visible place of its part."""
+    names = [instance.name for instance in scene.instances]
+    if not 2 <= len(names) <= MAX_NAMES or None in names or len({*names}) < len(names):
+        return
+    places = _visible_places(scene, camera, cell.size)
+    rows, columns = cell.size
+    for i, (name, (row, column)) in enumerate(sorted(places.items(), key=lambda item: item[1])):
+        y = cell.top + line + (i + 0.5) * min((rows - 2 * line) / len(places), 2 * line)
+        right, text = cell.left + columns - line / 2, names[name] or ""
+        text = text if len(text) <= MAX_NAME else f"{text[: MAX_NAME - 3]}..."
+        start = right - draw.textlength(text, font=_font(round(0.8 * line))) - 0.3 * line
+        at = cell.left + column + 0.5, cell.top + row + 0.5
+        draw.line([(start, y), at], GRAY)
+        draw.ellipse([(at[0] - 2, at[1] - 2), (at[0] + 2, at[1] + 2)], INK)
+        _label(draw, (right, y), text, line, INK, "rm")
+
+
+def _visible_places(scene: Scene, camera: Camera, size: tuple[int, int]) -> dict[int, tuple[float, float]]:
+    """By instance, the row and column of the visible pixel nearest to the middle of its visible pixels."""
+    pixels = tiled_pixels(size)[::PIXELS_A_PLACE].astype(np.float32)
+    core = camera.core(scene.center, scene.radius)
+    near, far = (
+        core.points(*size, np.column_stack([pixels, np.full(len(pixels), depth, np.float32)])) for depth in (1, 0)
+    )
+    hits = scene.closest_hits(near * scene.radius + scene.center, (far - near) * scene.radius)
+    places = {}
+    for instance in np.unique(hits.instance[hits.instance >= 0]).tolist():
+        own = pixels[hits.instance == instance]
+        row, column = own[((own - own.mean(axis=0)) ** 2).sum(axis=1).argmin()].tolist()
+        places[instance] = (row, column)
+    return places
