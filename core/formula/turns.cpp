@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Sectors of one, two and three turns: of 45 degrees at most, so that none holds the axis.
+/// Sectors for one, two and three turns: 45 degrees at most, so that no sector's bounds contain the axis.
 constexpr std::array<std::size_t, 3> sectors_of = {32, 16, 8};
 
 /// Nodes of all formulas together.
@@ -21,13 +21,13 @@ constexpr std::size_t max_nodes = 1 << 22;
 
 constexpr std::size_t max_turns = 1 << 10;
 
-/// How far sectors overlap: more than sine, cosine and products are rounded by.
+/// Overlap of sectors: more than the rounding of sine, cosine and products.
 constexpr double overlap = 1e-4;
 
-/// A sum of cos(angle) u and sin(angle) v, either of which may be taken away; of a difference, v's is the other sign.
+/// A node cos(angle) u ± sin(angle) v, or its negative; `differ` if the two terms have opposite signs.
 struct Sum {
     std::uint32_t node, angle, u, v;
-    bool differ;  // in sign
+    bool differ;
 };
 
 /// The sum that a node is, if it is one.
@@ -82,7 +82,7 @@ std::vector<Turn> turns_in(const Expression& f) {
     return turns;
 }
 
-/// Nothing where that would be more than `nodes` in all, which they are taken from.
+/// Nothing if that takes more than `nodes`, which it reduces by their number.
 std::optional<Sectors> sectors_of_one(const Expression& f, std::size_t& nodes) {
     const std::vector<Turn> turns = turns_in(f);
     if (turns.empty()) return Sectors{f};

@@ -1,7 +1,7 @@
 /// Turns in formulas: two coordinates u and v that an angle turns, cos(a) u - sin(a) v and sin(a) u + cos(a) v.
 ///
-/// In a large box a twist's angle may be any, and bounds of either coordinate hold all that the other one excludes. A turn
-/// keeps hypot(u, v), so that in each sector of directions both are known.
+/// In a large box the angle is arbitrary, and independent bounds of the two coordinates include the axis. A turn keeps
+/// hypot(u, v), so each sector of directions bounds both coordinates.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace bob {
 
-/// A formula for each sector, or for each choice of one if there are several turns: its bounds in a box hold the formula wherever the
-/// turned coordinates lie in that sector, and so do all of them together everywhere. Only bounds of it mean anything.
+/// One formula per sector, or per combination of sectors of several turns. Its bounds in a box contain the values of f at all
+/// points whose turned coordinates lie in that sector. Its values at points are meaningless.
 using Sectors = std::vector<Expression>;
 
 /// The sectors of f, or of each of several formulas whose minimum it is. Nothing where f has no turn, or so many that it

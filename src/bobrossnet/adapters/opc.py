@@ -1,4 +1,4 @@
-"""Packages: zip files whose parts name each other, by the Open Packaging Conventions (ISO/IEC 29500-2)."""
+"""Packages: zip files of parts and relationships, by the Open Packaging Conventions (ISO/IEC 29500-2)."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class Package:
         self._parts |= {_plain(info.filename): info for info in parts}
 
     def part(self, path: str) -> ZipInfo | None:
-        """The part at a path from the package's root, None if there is none."""
+        """Return the part at a path from the package's root, or None."""
         return self._parts.get(_plain(path)) or self._parts.get(_decoded(path))
 
     def ending_in(self, ending: str) -> list[ZipInfo]:
         return [info for info in self.archive.infolist() if info.filename.lower().endswith(ending)]
 
     def target(self, kind: str) -> ZipInfo | None:
-        """The first part to which the package itself has a relationship whose type ends in `kind`."""
+        """Return the target of the package's first relationship of a type that ends in `kind`."""
         relations = self.part(ROOT_RELATIONS)
         found: list[str] = []
 

@@ -1,7 +1,7 @@
 """3MF: a package of XML; objects, where they are built, the colours of their triangles, their textures and beams.
 
-It is read here because trimesh 5.2 needs lxml and networkx for it, and walks every path through the
-components, of which a file of a few lines can have 2ⁿ.
+trimesh 5.2 needs lxml and networkx for it, and walks every path through the components: a few lines of a file
+can make 2ⁿ paths.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ EXTENSIONS = {
     CONSORTIUM + "3dmanufacturing/volumetric/2022/01": "v",
     CONSORTIUM + "3dmanufacturing/implicit/2023/12": "i",
 }
-"""The namespaces of extensions that are read, or whose meshes are right without them, by the usual prefixes."""
+"""Usual prefixes of the known extensions, by namespace. Meshes are right without the unread ones."""
 
 NOT_SHOWN = {
     "m:multiproperties": "multiproperties",
@@ -59,12 +59,12 @@ NOT_SHOWN = {
     "v:composite": "mixtures of materials",
     "v:property": "properties in space",
 }
-"""Elements that are passed over, as a warning names them."""
+"""Names of unread elements in the warning."""
 
 MESH_OF_DISPLACEMENT = {f"d:{name}": name for name in ("vertex", "triangle")}
 
 Key: TypeAlias = tuple[str, str]
-"""The part of the package that an object is in, and its id there."""
+"""Name of an object's part in the package, and its id there."""
 
 
 class Reference(NamedTuple):
@@ -75,21 +75,21 @@ class Reference(NamedTuple):
 class Object(NamedTuple):
     parts: list[Part]
     instances: list[Instance]
-    """Of shapes that are no meshes."""
+    """Shapes other than meshes."""
     components: list[Reference]
 
 
 def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
-    """The meshes of all that a 3MF builds, each where it is built.
+    """Read the meshes of the build of a 3MF, each in its place.
 
-    `instances` receives the shapes that are no meshes; if omitted, they are left out, with a warning. So is a texture
-    that can't be read, and whatever else is not shown.
+    `instances` receives the other shapes. If omitted, one warning names them, together with everything else that is
+    not shown. An unreadable texture is left out, with a warning of its own.
 
     Raises
     ------
     InputError
-        If there is no model in it, one that unpacks without end, one that requires an extension that is not read, an
-        object that is missing, or too many.
+        If the file has no model, unpacks to too many bytes, requires an unknown extension, or names a missing object;
+        or if it has too many objects.
     """
     from zipfile import BadZipFile, ZipFile
 
@@ -112,7 +112,7 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
 
 
 def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object], list[Reference]]:
-    """The objects of the root model and of those that it names, and what the former builds."""
+    """Read the objects of the root model and of the models it names; return them and the root's build."""
     found = package.target("/3dmodel") or package.part("3D/3dmodel.model")
     root = found or next(iter(package.ending_in(".model")), None)
     if root is None:
@@ -138,7 +138,7 @@ def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object
 
 
 def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Part], list[Instance]]:
-    """What is built, placed; whatever it is made of is placed relative to it."""
+    """Place the build: components are placed relative to their object."""
     parts: list[Part] = []
     shapes: list[Instance] = []
     visited = total = 0
@@ -163,7 +163,7 @@ def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Par
 
 
 class _Model:
-    """The objects of one model file, and what it builds."""
+    """The objects and the build of one model file."""
 
     def __init__(self, package: Package, name: str, textures: Textures, left: Counter[str]) -> None:
         self.package, self.name, self.left = package, name, left
@@ -173,16 +173,16 @@ class _Model:
         self.named: list[str] = []
         """Other models in the package."""
         self.kinds: dict[str, str] = {}
-        """Namespaces that are read, with how their elements' names begin."""
+        """Prefixes of the kinds of elements, by namespace."""
         self.prefixes: dict[str, str] = {}
         self.functions = Functions()
         self.meshes: dict[str, Mesh] = {}
-        """Of objects, by their ids, if there are functions, which may use them."""
+        """Meshes of objects, by id: functions may use them."""
         self.level_sets: list[tuple[str, dict[str, str], Material | None, str]] = []
         """Ids of their objects, attributes, materials and names."""
         self.volume = ""
         self.color_of: dict[str, dict[str, str]] = {}
-        """Attributes of functions of colours, by the ids of what they belong to."""
+        """Attributes of colour functions, by the ids of their volumes."""
         self._start_object({})
 
     def read(self, stream: IO[bytes]) -> None:
@@ -295,7 +295,7 @@ class _Model:
         self._start_object({})
 
     def _level_set(self, get: dict[str, str]) -> Implicit | None:
-        """The surface of a function within a mesh or its box; None if it is one of an image."""
+        """Return the surface of a function within a mesh or its box; None for a function of an image."""
         function, channel, domain = _values("levelset", get, "functionid", "channel", "meshid")
         if domain not in self.meshes or not len(self.meshes[domain][0]):
             raise InputError(f"levelset: expected a mesh with id {one_line(domain)} around it, got none")
@@ -337,7 +337,7 @@ class _Model:
 
 
 def _wrap(texture: dict[str, str], axis: str) -> str:
-    """How a texture wraps along an axis. What has none there is taken to go on as it ends."""
+    """Return the wrap mode of a texture along an axis; `none` counts as clamp."""
     style = texture.get(f"tilestyle{axis}", "wrap")
     return {"mirror": "mirror", "clamp": "clamp", "none": "clamp"}.get(style, "repeat")
 

@@ -1,4 +1,4 @@
-"""Beam lattices of a 3MF, as tubes: a beam is a straight tube between two vertices, a ball one without a length."""
+"""Beam lattices of a 3MF as tubes: a beam is straight, between two vertices; a ball is a tube of length 0."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bobrossnet.shapes.tube import Tube, segments
 
 
 class Lattice:
-    """The beams and balls of one object, as their elements come; its attributes go before the object's."""
+    """The beams and balls of one object. The lattice's attributes override the object's."""
 
     def __init__(self, attributes: dict[str, str], of_object: dict[str, str]) -> None:
         self.get = {name: of_object[name] for name in ("pid", "pindex") if name in of_object} | attributes
@@ -39,11 +39,11 @@ class Lattice:
         self.balls[vertex] = radius, () if number is None else ((group, number),)
 
     def ball(self, name: str, default: str) -> str:
-        """An attribute of the lattice about balls, which is in their namespace or in none."""
+        """Return an attribute about balls, with or without their namespace."""
         return next((value for key, value in self.get.items() if key.rpartition("}")[2] == name), default)
 
     def tubes(self, vertices: NDArray[np.float64], palette: Palette, left: Counter[str]) -> list[tuple[Tube, RGB]]:
-        """A tube for each colour; `left` counts beams and balls that are not shown, or not as they are."""
+        """Return one tube per colour; `left` counts missing and approximated beams and balls."""
         default = (self.get.get("pid", ""), self.get.get("pindex", ""))
         ends, looks = list(self.ends), list(self.chosen)
         mode = self.ball("ballmode", "none")

@@ -17,7 +17,7 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line, warn_of
 
 Swatch: TypeAlias = tuple[str, str]
-"""The id of a group of colours, and the number of one of these."""
+"""Id of a group of colours, and the number of a colour in it."""
 
 RGB: TypeAlias = tuple[float, float, float]
 
@@ -30,7 +30,7 @@ def numbers(words: Iterable[str | list[str]]) -> NDArray[np.float64]:
 
 
 class Textures(dict[str, Texture | None]):
-    """Pictures in a 3MF, by their paths in it; None, with a warning, where one can't be read."""
+    """Pictures in a 3MF by path; None, with a warning, for an unreadable one."""
 
     def __init__(self, package: Package) -> None:
         super().__init__()
@@ -56,15 +56,15 @@ class Palette:
     def __init__(self, textures: Textures) -> None:
         self.textures = textures
         self.pictures: dict[str, tuple[str, str, str]] = {}
-        """Path and how they wrap, by the ids of textures."""
+        """Path and wrap modes, by the ids of textures."""
         self.picture_of: dict[str, str] = {}
         """Ids of textures, by groups of places on them."""
         self.flat: set[str] = set()
-        """Groups of base materials, which do not blend: a triangle has that of its first corner."""
+        """Groups of base materials. These do not blend: the first corner's applies to the triangle."""
         self.colors: dict[Swatch, RGB] = {}
         self.places: dict[Swatch, list[str]] = {}
         self.mixed: list[RGB] = []
-        """Colours of which those of the group are mixtures."""
+        """Components of the mixtures of the current group."""
         self.group, self.count = "", 0
 
     def start(self, group: str, picture: str | None = None, *, flat: bool = False) -> None:
@@ -82,12 +82,12 @@ class Palette:
         self.count += 1
 
     def start_mixtures(self, group: str, of: str, numbers_of: str) -> None:
-        """Begin a group of mixtures of colours of another one."""
+        """Begin a group of mixtures of another group's colours."""
         self.start(group)
         self.mixed = [self.colors.get((of, number), (1.0, 1.0, 1.0)) for number in numbers_of.split()]
 
     def add_mixture(self, shares: str) -> None:
-        """Add a colour in proportion to its shares to the group; white if they are none."""
+        """Add a mixture to the group, by its shares; white if the shares are invalid."""
         weights = numbers(shares.split())
         if len(weights) == len(self.mixed) and weights.min(initial=0) >= 0 and 0 < weights.sum() < np.inf:
             red, green, blue = (weights / weights.sum() @ np.array(self.mixed)).tolist()
@@ -100,7 +100,7 @@ class Palette:
         self.count += 1
 
     def of(self, swatches: Sequence[Swatch]) -> list[RGB]:
-        """Linear RGB at each of the swatches of an element; white if there is none."""
+        """Return the linear RGB of each swatch of an element; white for a missing one."""
         if swatches and swatches[0][0] in self.flat:
             swatches = [swatches[0]] * len(swatches)
         return [self.colors.get(swatch, (1.0, 1.0, 1.0)) for swatch in swatches or [("", "")]]
@@ -127,7 +127,7 @@ class Palette:
     def _colored(
         self, vertices: NDArray[np.float64], triangles: NDArray[np.int64], chosen: Sequence[tuple[Swatch, ...]]
     ) -> Part:
-        """A part of colours: of triangles, or of corners, if these differ, which are then vertices of their own."""
+        """Return a part with one colour per triangle, or per corner if corners differ; corners then become vertices."""
         if not self.colors:
             return Part(vertices, triangles)
         looks = {swatches: (self.of(swatches) * 3)[:3] for swatches in set(chosen)}
@@ -144,7 +144,7 @@ class Palette:
         chosen: Sequence[tuple[Swatch, ...]],
         picture: str,
     ) -> Part:
-        """A part on a texture, whose corners are vertices of their own."""
+        """Return a textured part, with one vertex per corner."""
         path, *wrap = self.pictures.get(picture, ("", "repeat", "repeat"))
         texture = self.textures[path]
         none = ["nan", "nan"]
@@ -156,7 +156,7 @@ class Palette:
 
 
 def _corners(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Part:
-    """A part whose corners are vertices of their own, NaN where one is missing."""
+    """Return a part with one vertex per corner, NaN for a missing vertex."""
     corners = triangles.reshape(-1)
     points = np.vstack([vertices, np.full(3, np.nan)])
     inside = (corners >= 0) & (corners < len(vertices))

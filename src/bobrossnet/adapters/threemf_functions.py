@@ -20,7 +20,7 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 
 MAX_NODES = 1 << 16
-"""Evaluated for all level sets and colours of a model; functions that call others twice take powers of two."""
+"""Maximum for all level sets and colours of a model: a chain of functions that each call two can make 2ⁿ."""
 
 MAX_CALLS = 64
 """Of functions within each other."""
@@ -46,14 +46,14 @@ class Function(NamedTuple):
 
 
 class Domain(NamedTuple):
-    """Where a level set is: in a mesh, or in its box."""
+    """Domain of a level set: a mesh, or its box."""
 
     mesh: str
     is_box: bool
 
 
 class Functions(dict[str, Function | None]):
-    """The functions of a model by their ids, as their elements come; None of those of images."""
+    """The functions of a model by id, filled element by element; None for functions of images."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ class Functions(dict[str, Function | None]):
         domain: Domain,
         color: _core.ColorFormula | None,
     ) -> Implicit:
-        """The surface of an output, a scalar, at points that a (4, 4) matrix maps to the function's."""
+        """Return the zero surface of a scalar output; a (4, 4) matrix maps points to the function's."""
         vertices = meshes[domain.mesh][0]
         low, high = vertices.min(axis=0), vertices.max(axis=0)
 
@@ -105,7 +105,7 @@ class Functions(dict[str, Function | None]):
             return value
 
         expression = expression_of(f, 3, f"function {function}")
-        # Domains may be far larger than what is in them, and cells are shares of the bounds.
+        # A domain may be far larger than its shape, and cells are fractions of the bounds.
         try:
             bounds = _core.find_bounds(expression)
         except ValueError:
@@ -115,7 +115,7 @@ class Functions(dict[str, Function | None]):
     def color(
         self, function: str, channel: str, matrix: NDArray[np.float64], meshes: Mapping[str, Mesh]
     ) -> _core.ColorFormula:
-        """The formula of an output, a vector of linear RGB."""
+        """Return the formula of a vector output, linear RGB."""
         return color_formula_of(
             lambda x, y, z: self._output(function, channel, _mapped(matrix, x, y, z), meshes, (3,)),
             f"function {function}",
@@ -132,7 +132,7 @@ class Functions(dict[str, Function | None]):
 
 
 class _Evaluation:
-    """Nodes evaluated one after the other, those that are needed."""
+    """Evaluates the needed nodes in order."""
 
     def __init__(self, functions: Functions, meshes: Mapping[str, Mesh]) -> None:
         self.functions, self.meshes = functions, meshes
@@ -164,7 +164,7 @@ class _Evaluation:
         return found
 
     def evaluate(self, function: Function, reference: str, values: dict[str, dict[str, Any]]) -> None:
-        """Add to the values those of the node that a reference names, and of all that it needs."""
+        """Evaluate the node of a reference, after all nodes it depends on."""
         open_: list[tuple[str, bool]] = [(_node_of(reference), False)]
         being_evaluated: set[str] = set()
         while open_:
@@ -189,7 +189,7 @@ class _Evaluation:
             open_ += [(_node_of(each), False) for each in node.inputs.values()]
 
     def outputs(self, name: str, node: Node, inputs: dict[str, Any]) -> dict[str, Any]:
-        """What a node computes: by the names of outputs, or as "" where it has one."""
+        """Return the outputs of a node by name, or a single output as ""."""
         try:
             if node.kind == "functioncall":
                 function = _resource(inputs, "functionID")
@@ -243,7 +243,7 @@ def _shaped(value: Any, shape: tuple[int, ...]) -> Any:
 
 
 def _alike(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """A node that treats each component alike."""
+    """Check that the operands have one shape, then compute componentwise."""
 
     def checked(*operands: Any) -> Any:
         for each in operands:
@@ -295,7 +295,7 @@ def _choice(a: Any, b: Any, c: Any, d: Any) -> Any:
 
 
 def _divide(a: Any, b: Any) -> Any:
-    """A quotient. That by a constant 0 is infinite even at a = 0: clamped, as repetitions are, it is defined."""
+    """Divide. A constant 0 gives infinity even at a = 0, so that the clamp of a repetition is defined."""
     if np.shape(a):
         return _array([_divide(*each) for each in zip(np.ravel(a), np.ravel(b), strict=True)]).reshape(np.shape(a))
     if isinstance(b, Symbol) or b != 0:
@@ -419,4 +419,4 @@ NODES: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
     "transpose": (("A",), lambda a: _shaped(a, (4, 4)).T),
     "inverse": (("A",), _inverse),
 }
-"""Names of inputs, and what is computed of them, by kinds of nodes."""
+"""Names of inputs, and the function of them, by kinds of nodes."""
