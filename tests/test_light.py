@@ -521,6 +521,18 @@ def test_samples_do_not_drift():
     assert same[both].mean() > 0.97
 
 
+def test_views_begin_anew_whatever_their_seed():
+    view = bob.View(bob.Scene(bob.happy_tree(), light="studio"), size=SIZE, seed=2**64 - 1)
+    first = view.frame(turned(0), fraction=0.05)
+    view.frame(turned(5), fraction=0.05)
+    view.forget()
+    again = view.frame(turned(0), fraction=0.05)
+    assert again.fraction == first.fraction == again.shown.fraction
+    view.close()
+    jump = view.frame(bob.Camera(azimuth=210), fraction=0.05)  # nothing is known of its other side
+    assert np.isfinite(jump.picture().color).all()
+
+
 def test_views_under_the_headlight_are_as_they_were():
     with_light = bob.View(bob.happy_tree(), size=SIZE, light="headlight").frame(fraction=0.1)
     assert np.array_equal(with_light.image, bob.View(bob.happy_tree(), size=SIZE).frame(fraction=0.1).image)
