@@ -449,7 +449,7 @@ def turned(degrees):
     return bob.Camera(azimuth=30 + degrees, zoom=0.8)
 
 
-def truth_of(scene, light, camera, size, paths=512):
+def truth_of(scene, light, camera, size, paths=192):
     tracer = LitTracer(scene, camera, size, light, ground=True, paths=paths, seed=77)
     return finished(traced_light(tracer, 1.0, "lattice", 0, None), scene, camera, **PLAIN)
 
@@ -462,7 +462,7 @@ def error_of(picture, truth):
 
 
 def test_reprojected_light_leaves_less_error_than_new_paths_alone():
-    scene, size = bob.Scene(bob.happy_tree()), (96, 128)
+    scene, size = bob.Scene(bob.happy_tree()), (72, 96)
     lights = studio(turned(0))
     view = bob.View(scene, size=size, light=lights, ground=True)
     for i in range(7):
