@@ -1,14 +1,17 @@
 """Light from few paths: some pixels with many paths, completed along first hits, against denoised full pictures.
 
 python bench/light.py [--paths 1 2 4 16] [--scenes tree bunny] [--lights sky studio]
+python bench/light.py --moving [--scenes gear bunny truck]
 
 Every contender has the same number of paths per surface pixel, and the same first hits. The reference has 512.
 """
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +21,13 @@ from bobrossnet.color import luminance
 from bobrossnet.completion.guided import complete_guided, smoothed
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import Size
-from bobrossnet.tracing.light import LightLike
+from bobrossnet.pictures.rendering import picture_of
+from bobrossnet.tracing.light import LightLike, studio
 from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.trace import traced_light
 
 F32 = NDArray[np.float32]
+T = TypeVar("T")
 MODELS = Path(__file__).parents[2] / "shared/models"
 SCENES = {
     "tree": None,
@@ -31,6 +36,7 @@ SCENES = {
     "rocker arm": "mechanical/rocker_arm.ply",
     "lamp": "furniture_household/barn_lamp.ply",
     "house": "architecture/scene_house.ply",
+    "gear": "mechanical/differential_ring_gear.ply",
 }
 SIZE = (288, 384)
 SHARES = {1: 0.08, 2: 0.12, 4: 0.2, 8: 0.3, 16: 0.5}
@@ -118,20 +124,71 @@ def scores(image: F32, truth: F32) -> tuple[float, float]:
     return bob.ssim(a, b), float(np.abs(a - b).mean())
 
 
+def moving(names: list[str], size: Size = (480, 640), turn: float = 2, count: int = 12) -> None:
+    """The time of the first picture of `progressive`, and of frames of `View` in an orbit and its last one's error."""
+    print(f"640x480, the studio, medians in ms of the process' own time; {turn} degrees a frame, against 256 paths\n")
+    print("| scene | first picture | frame | traced | SSIM | new paths alone |\n|---|---|---|---|---|---|")
+    for name in names:
+        scene = scene_of(name)
+        camera = bob.fitted(scene, bob.Camera(), size=size, margin=0.13)
+        ways = [replace(camera, azimuth=camera.azimuth + turn * i) for i in range(count)]
+        lights = studio(ways[0])
+        tracer = LitTracer(scene, ways[-1], size, lights, ground=True, paths=256, seed=99)
+        part = traced_light(tracer, 1.0, "lattice", 99, None)
+        truth = before_gray(picture_of(*smoothed(part, complete_guided(part, "color"))))
+        first = [timed(first_picture, scene, camera, size)[0] for _ in range(5)]
+        view = bob.View(scene, size=size, light=lights, ground=True)
+        times, frames = zip(*[timed(shown_frame, view, way) for way in ways], strict=True)
+        frame = frames[-1]
+        alone = bob.View(scene, size=size, light=lights, ground=True).frame(ways[-1], fraction=frame.fraction)
+        ssims = [bob.ssim(before_gray(one.picture()), truth) for one in (frame, alone)]
+        print(f"| {name} | {1000 * np.median(first):.0f} | {1000 * np.median(times[2:]):.0f} | {frame.fraction:.1%} | "
+              f"{ssims[0]:.3f} | {ssims[1]:.3f} |", flush=True)  # fmt: skip
+
+
+def first_picture(scene: bob.Scene, camera: bob.Camera, size: Size) -> NDArray[np.uint8]:
+    return next(iter(bob.progressive(scene, camera, size=size, light="studio"))).picture().rgba
+
+
+def shown_frame(view: bob.View, camera: bob.Camera) -> bob.Frame:
+    frame = view.frame(camera)
+    frame.picture().rgba  # noqa: B018
+    return frame
+
+
+def timed(work: Callable[..., T], *arguments: Any) -> tuple[float, T]:
+    """Seconds of the process' own time, and the result."""
+    start = time.process_time()
+    result = work(*arguments)
+    return time.process_time() - start, result
+
+
+def before_gray(picture: bob.Picture) -> F32:
+    rgba = picture.rgba.astype(np.float32) / 255
+    return np.asarray(luminance(rgba[..., :3]) * rgba[..., 3] + 0.5 * (1 - rgba[..., 3]), np.float32)
+
+
+def scene_of(name: str) -> bob.Scene:
+    file = SCENES[name]
+    return bob.Scene(bob.happy_tree() if file is None else bob.load(MODELS / file))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--paths", type=int, nargs="+", default=[1, 2, 4, 16])
-    parser.add_argument("--scenes", nargs="+", default=list(SCENES))
+    parser.add_argument("--scenes", nargs="+", default=None)
     parser.add_argument("--lights", nargs="+", default=list(LIGHTS))
     parser.add_argument("--truth", type=int, default=512)
+    parser.add_argument("--moving", action="store_true")
     options = parser.parse_args()
+    if options.moving:
+        return moving(options.scenes or ["gear", "bunny", "truck"])
     names = ["ours", "all + our fit", "all + OIDN", "all + bilateral", "half + our fit"]
     print("SSIM (mean absolute error in 1/255) as displays show it, 384x288\n")
     print("| light | scene | paths | " + " | ".join(names) + " |\n|---|---|---|" + "---|" * len(names))
     for light in options.lights:
-        for name in options.scenes:
-            file = SCENES[name]
-            scene = bob.Scene(bob.happy_tree() if file is None else bob.load(MODELS / file))
+        for name in options.scenes or [name for name in SCENES if name != "gear"]:
+            scene = scene_of(name)
             camera = bob.fitted(scene, bob.Camera(), size=SIZE)
             camera = replace(camera, zoom=0.9 * camera.zoom)
             truth = whole(scene, camera, light, options.truth, seed=99).gray

@@ -71,7 +71,7 @@ class MovingLight:
             left = budget - self._completing - (time.perf_counter() - start)
             count = max(int(LEAST * total), int(left / self._pixel_seconds) if self._pixel_seconds else 0)
         tracing = time.perf_counter()
-        pixels = self._history.next(min(count, total), self._seed + self._frames, at_rest, *self._surfaces)
+        pixels = self._history.next(min(count, total), (self._seed + self._frames) % 2**32, at_rest, *self._surfaces)
         self._frames += 1
         samples = self._tracer.into(self._history, pixels, PATHS, at_rest, self._surfaces)
         traced = time.perf_counter()

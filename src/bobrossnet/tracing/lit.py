@@ -39,6 +39,9 @@ MAX_PATHS = 4096
 HITS = 10
 """Numbers of a first hit: mask, depth, normal and albedo, mask and depth of the ground, and `Guides.behind`."""
 
+MAX_RADIUS = 1e38
+"""Of scenes, as float32 holds it: glass in larger ones is as clear as in these."""
+
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
 
@@ -159,7 +162,7 @@ def lighting(
         environment,
         math.radians(sky.turn),
         level,
-        scene.radius,
+        min(scene.radius, MAX_RADIUS),
         check_integer("bounces", bounces, 1, MAX_BOUNCES),
     )
     return _core.Lighting(scene.core, in_core)
