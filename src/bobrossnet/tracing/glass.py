@@ -68,7 +68,12 @@ class Glass(Material):
             ("transmission", check_number("transmission", transmission, 0, 1)),
             ("ior", check_number("ior", ior, 1, MAX_IOR)),
             ("attenuation", linear("attenuation", attenuation)),
-            ("distance", inf if distance == inf else check_number("distance", distance, 0, above=True)),
+            (
+                "distance",
+                inf
+                if isinstance(distance, float) and distance == inf
+                else check_number("distance", distance, 0, above=True),
+            ),
         ):
             object.__setattr__(self, name, value)
 
