@@ -264,7 +264,7 @@ class Cloud(bob.Mesh):
         (TRIANGLE, "a.ply", "expected a scene's ending, .bob, got .ply"),
         (TRIANGLE, "a", "expected a scene's ending, .bob, got none"),
         (TRIANGLE, "no/such/folder.bob", "there is no folder"),
-        ("a.ply", "a.bob", "shapes: expected a shape or several, got str"),
+        ("a.ply", "a.bob", "a.ply: expected a file, found nothing at a.ply"),
         ([], "a.bob", "shapes: expected at least one shape, got none"),
         (Cloud(np.eye(3), [[0, 1, 2]]), "a.bob", f"shape: expected one of {KINDS} to write, got Cloud"),
     ],

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import posixpath
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import unquote
+from zipfile import ZipFile, ZipInfo
 
 from bobrossnet.adapters.xml import read_xml
 from bobrossnet.support.errors import InputError
-
-if TYPE_CHECKING:
-    from zipfile import ZipFile, ZipInfo
 
 ROOT_RELATIONS = "_rels/.rels"
 
