@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo page dev quick test docs bench bench-web report quality vendor npm types clean
+.PHONY: demo page dev quick test docs bench bench-web report quality vendor yyjson npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed-native
@@ -80,6 +80,15 @@ vendor:
 	cd build/three && node_modules/.bin/esbuild loaders.js --bundle --minify --format=esm --alias:three=./three.js --log-level=warning \
 	  --banner:js="// @ts-nocheck three.js $(THREE), https://threejs.org, MIT licence (LICENSE.txt)" --outfile=$(abspath $(VENDOR))/loaders.js
 	cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
+
+# The reader of JSON in the core, from its tag on GitHub: without its writers, what it does not read here, and comments. Needs unifdef.
+YYJSON := 0.12.0
+yyjson:
+	rm -rf build/yyjson && git clone --quiet --depth 1 --branch $(YYJSON) https://github.com/ibireme/yyjson build/yyjson
+	cd build/yyjson/src && for file in yyjson.c yyjson.h; do \
+	  unifdef -UYYJSON_DISABLE_READER $(foreach part,WRITER INCR_READER UTILS NON_STANDARD FAST_FP_CONV,-DYYJSON_DISABLE_$(part)=1) $$file > short.$$file; \
+	  gcc -w -fpreprocessed -dD -E -P short.$$file > $(abspath vendor/yyjson)/$$file; done
+	cp build/yyjson/LICENSE vendor/yyjson
 
 # The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
 npm: $(VENV)/installed

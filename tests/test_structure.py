@@ -24,6 +24,7 @@ CORE = {
     "light": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
     "frame": {"picture"},
+    "files": {"base", "shapes", "tracing"},
 }
 PYTHON = {
     "support": set(),

@@ -1,6 +1,6 @@
 """Other people's code in the package: its licences, NOTICES.txt, and its list, sbom.cdx.json (CycloneDX).
 
-python vendor/third_party.py     # after a new version of the package, nanobind, ziglang or three.js
+python vendor/third_party.py     # after a new version of the package, nanobind, ziglang, three.js or yyjson
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import ziglang
 ROOT = Path(__file__).parent.parent
 NANOBIND, ZIG = Path(nanobind.__path__[0]), Path(ziglang.__path__[0])
 THREE = ROOT / "viewer/vendor/three"
+YYJSON = ROOT / "vendor/yyjson"
 LLVM = "Apache-2.0 WITH LLVM-exception"
 
 
@@ -75,6 +76,14 @@ def parts() -> list[Part]:
             "pkg:npm/three",
             "viewer/vendor/three/loaders.js",
             _read(THREE / "LICENSE.txt"),
+        ),
+        Part(
+            "yyjson",
+            _found(r'YYJSON_VERSION_STRING "(\S+)"', _read(YYJSON / "yyjson.h")),
+            "MIT",
+            "pkg:github/ibireme/yyjson",
+            "_core, viewer/*.wasm",
+            _read(YYJSON / "LICENSE"),
         ),
     ]
 

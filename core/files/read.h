@@ -11,6 +11,8 @@ namespace bob::files {
 /// A reader throws std::invalid_argument, of one line without the file's name, where it can't read a file. It checks Interruption.
 using Reader = Contents (*)(Bytes bytes, Beside& beside);
 
+[[nodiscard]] Contents read_glb(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_gltf(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_stl(Bytes bytes, Beside& beside);
 
 /// The reading of one file, in as many steps as it takes to fetch other files that it names.
@@ -40,7 +42,7 @@ private:
 ///  "surfaces": [{"name", "color": [3], "ambient", "diffuse", "specular", "shininess", "metallic", "roughness", "emissive": [3],
 ///   "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" | "mirror", ...], "uv"}},
 ///   "opacity": "opaque" | "cutout" | "translucent", "alpha_cutoff": number or null if infinite}],
-///  "images": [{"name"}], "warnings": [...]}
+///  "images": [{"name", "label"}], "warnings": [...]}
 /// A roughness below 0 chooses Blinn-Phong.
 [[nodiscard]] std::string description(const Contents& contents);
 

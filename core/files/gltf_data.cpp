@@ -1,0 +1,357 @@
+#include "files/gltf_data.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+#include <type_traits>
+
+#include "base/interruption.h"
+#include "files/text.h"
+
+namespace bob::files {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "glTF's numbers are copied as they are");
+
+constexpr std::string_view checked_lists[] = {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"};
+constexpr std::string_view other_lists[] = {"materials", "textures", "images", "samplers", "skins"};
+constexpr std::string_view compressions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
+constexpr std::int64_t max_bytes = std::int64_t{1} << 32, max_count = std::int64_t{1} << 53;
+
+struct Type {
+    std::string_view name;
+    int width;
+};
+constexpr Type types[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
+
+/// Bytes of a component; 0 of an unknown type.
+std::size_t size_of(int component) {
+    switch (component) {
+        case 5120:
+        case 5121: return 1;
+        case 5122:
+        case 5123: return 2;
+        case 5125:
+        case 5126: return 4;
+        default: return 0;
+    }
+}
+
+/// Calls f with a value of the type.
+template <class F>
+void with_type(int component, F f) {
+    switch (component) {
+        case 5120: return f(std::int8_t{});
+        case 5121: return f(std::uint8_t{});
+        case 5122: return f(std::int16_t{});
+        case 5123: return f(std::uint16_t{});
+        case 5125: return f(std::uint32_t{});
+        default: return f(float{});
+    }
+}
+
+std::size_t as_size(std::int64_t value) { return static_cast<std::size_t>(value); }
+
+}  // namespace
+
+std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high, std::optional<std::int64_t> otherwise) {
+    if (!value && otherwise) return *otherwise;
+    const std::optional<double> number = value.number();
+    if (!number || *number != std::floor(*number) || std::isinf(*number)) {
+        throw std::invalid_argument(std::string(name) + ": expected an integer, got " + value.brief());
+    }
+    if (!(*number >= static_cast<double>(low) && *number <= static_cast<double>(high))) {
+        throw std::invalid_argument(std::string(name) + ": expected an integer in " + std::to_string(low) + ".." + std::to_string(high) +
+                                    ", got " + value.brief());
+    }
+    return static_cast<std::int64_t>(*number);
+}
+
+void check_count(std::string_view name, std::size_t count) {
+    if (count > max_instances) {
+        throw std::invalid_argument(std::string(name) + ": expected at most " + grouped(max_instances) + ", got " + grouped(count));
+    }
+}
+
+std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    constexpr auto values = [digits] {
+        std::array<std::int8_t, 256> result{};
+        result.fill(-1);
+        for (std::size_t i = 0; i < digits.size(); ++i) result[static_cast<unsigned char>(digits[i])] = static_cast<std::int8_t>(i);
+        return result;
+    }();
+    std::vector<std::uint8_t> result;
+    result.reserve(text.size() / 4 * 3 + 3);
+    std::uint32_t bits = 0;
+    std::size_t count = 0, padding = 0;
+    for (const char c : text) {
+        if (is_space(c)) continue;
+        if (c == '=') {
+            ++padding;
+            continue;
+        }
+        const int value = values[static_cast<unsigned char>(c)];
+        if (value < 0 || padding) return std::nullopt;
+        bits = bits << 6 | static_cast<std::uint32_t>(value);
+        if (++count % 4 == 0) {
+            for (const int shift : {16, 8, 0}) result.push_back(static_cast<std::uint8_t>(bits >> shift));
+        }
+    }
+    if (count % 4 == 1 || padding > 2 || (padding && (count + padding) % 4)) return std::nullopt;
+    if (count % 4 == 2) result.push_back(static_cast<std::uint8_t>(bits >> 4));
+    if (count % 4 == 3) {
+        result.push_back(static_cast<std::uint8_t>(bits >> 10));
+        result.push_back(static_cast<std::uint8_t>(bits >> 2));
+    }
+    return result;
+}
+
+std::string path_of_uri(std::string_view uri) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; };
+    std::string result;
+    for (std::size_t i = 0; i < uri.size(); ++i) {
+        if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
+            result += static_cast<char>(16 * digit(uri[i + 1]) + digit(uri[i + 2]));
+            i += 2;
+        } else {
+            result += uri[i];
+        }
+    }
+    return utf8(result);
+}
+
+std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri) {
+    if (!uri.starts_with("data:")) return std::nullopt;
+    const std::size_t comma = uri.find(',');
+    auto data = from_base64(comma == std::string_view::npos ? std::string_view() : uri.substr(comma + 1));
+    if (!data) throw std::invalid_argument("expected data in base64, got something else");
+    return data;
+}
+
+GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : document_(text) {
+    const JsonValue root = document_.root();
+    if (!root.is_object()) throw std::invalid_argument("expected a glTF, which is an object, got " + root.brief());
+    const JsonValue version = root["asset"]["version"];
+    if (!version.text() || !version.text()->starts_with("2.")) {
+        throw std::invalid_argument("asset: expected version 2.0, got " + (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief()));
+    }
+    // Before anything is made for each of them.
+    check_count("nodes", root["nodes"].size());
+    for (const std::string_view name : checked_lists) {
+        const JsonValue list = root[name];
+        std::vector<JsonValue> items = list.items();
+        const bool are_objects = std::ranges::all_of(items, [](const JsonValue& item) { return item.is_object(); });
+        if (list && (!list.is_list() || !are_objects)) throw std::invalid_argument(std::string(name) + ": expected a list of objects, got another");
+        lists_.emplace_back(name, std::move(items));
+    }
+    for (const std::string_view name : other_lists) lists_.emplace_back(name, root[name].items());
+
+    const std::vector<JsonValue>& buffers = list("buffers");
+    for (std::size_t i = 0; i < buffers.size(); ++i) {
+        const JsonValue uri = buffers[i]["uri"];
+        const bool is_stand_in = std::ranges::any_of(compressions, [&](std::string_view name) { return bool(buffers[i]["extensions"][name]); });
+        if (!uri && (chunk || is_stand_in)) {
+            buffers_.push_back(is_stand_in ? Bytes() : *chunk);
+        } else if (!uri.text()) {
+            throw std::invalid_argument("buffers[" + std::to_string(i) + "]: expected a uri, got " + uri.brief());
+        } else if (auto data = at_place("buffers", [&] { return data_of_uri(*uri.text()); })) {
+            buffers_.push_back(decoded_.emplace_back(std::move(*data)));
+        } else {
+            const Beside::Answer* answer = beside.ask(path_of_uri(*uri.text()));
+            if (answer && !answer->error.empty()) throw std::invalid_argument(answer->error);
+            buffers_.push_back(answer ? Bytes(answer->bytes) : Bytes());
+        }
+    }
+    if (!beside.is_waiting()) check_views();
+}
+
+const std::vector<JsonValue>& GltfData::list(std::string_view name) const {
+    static const std::vector<JsonValue> none;
+    for (const auto& [known, items] : lists_) {
+        if (known == name) return items;
+    }
+    return none;
+}
+
+JsonValue GltfData::item(std::string_view name, JsonValue number) const {
+    const std::vector<JsonValue>& items = list(name);
+    const std::optional<double> value = number.number();
+    if (!value || !(*value >= 0 && *value < static_cast<double>(items.size())) || *value != std::floor(*value)) return {};
+    return items[static_cast<std::size_t>(*value)];
+}
+
+void GltfData::check_views() {
+    const std::vector<JsonValue>&views = list("bufferViews"), &accessors = list("accessors");
+    const auto last = [](std::size_t count) { return static_cast<std::int64_t>(count) - 1; };
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views_.push_back(at_item("bufferViews", i, [&]() -> View {
+            View view{};
+            view.buffer = as_size(integer("buffer", views[i]["buffer"], 0, last(buffers_.size())));
+            view.length = as_size(integer("byteLength", views[i]["byteLength"], 1, max_bytes));
+            view.offset = as_size(integer("byteOffset", views[i]["byteOffset"], 0, max_bytes, 0));
+            view.stride = as_size(integer("byteStride", views[i]["byteStride"], 1, max_bytes, 0));
+            return view;
+        }));
+        View& view = views_.back();
+        const std::size_t size = buffers_[view.buffer].size();
+        if (view.length <= size && view.offset <= size - view.length) continue;
+        for (const std::string_view name : compressions) {
+            if (views[i]["extensions"][name]) view.compression = name;
+        }
+        if (view.compression.empty()) throw std::invalid_argument("expected buffers that hold what the bufferViews say, got one that is shorter");
+    }
+    accessors_.reserve(accessors.size());
+    for (std::size_t i = 0; i < accessors.size(); ++i) accessors_.push_back(at_item("accessors", i, [&] { return checked(accessors[i]); }));
+}
+
+/// The bytes between the starts of elements in a view.
+std::size_t GltfData::stride(std::size_t view, std::size_t element) const { return views_[view].stride ? views_[view].stride : element; }
+
+Accessor GltfData::checked(JsonValue json) const {
+    const auto last_view = static_cast<std::int64_t>(views_.size()) - 1;
+    const JsonValue type = json["type"], component = json["componentType"];
+    Accessor result;
+    result.width = 0;
+    for (const Type& known : types) {
+        if (type.text() == known.name) result.width = known.width;
+    }
+    const double number = component.number().value_or(0);
+    result.component = number >= 5120 && number <= 5126 ? static_cast<int>(number) : 0;
+    const std::size_t size = size_of(result.component);
+    if (!result.width || !size || result.component != number) {
+        throw std::invalid_argument("expected a type such as VEC3 and a componentType such as 5126, got " + type.brief() + " and " + component.brief());
+    }
+    result.count = as_size(std::min<std::int64_t>(integer("count", json["count"], 0, max_count), std::numeric_limits<std::ptrdiff_t>::max()));
+    result.offset = as_size(integer("byteOffset", json["byteOffset"], 0, max_bytes, 0));
+    result.normalized = json["normalized"].truth().value_or(false);
+    const std::size_t element = size * static_cast<std::size_t>(result.width);
+    const auto check_end = [&](std::size_t view, double offset, double count, double element, double stride) {
+        const double end = offset + (count - 1) * stride + element, length = static_cast<double>(views_[view].length);
+        if (count > 0 && end > length) {
+            throw std::invalid_argument("expected " + grouped(static_cast<std::uint64_t>(end)) + " bytes in its view, got " +
+                                        grouped(views_[view].length));
+        }
+    };
+    const auto count = static_cast<double>(result.count), width = static_cast<double>(element);
+    if (const JsonValue view = json["bufferView"]) {
+        result.view = as_size(integer("bufferView", view, 0, last_view));
+        check_end(*result.view, static_cast<double>(result.offset), count, width, static_cast<double>(stride(*result.view, element)));
+    }
+    if (const JsonValue sparse = json["sparse"]) {
+        at_place("sparse", [&] {
+            const double some = static_cast<double>(integer("count", sparse["count"], 0, static_cast<std::int64_t>(result.count)));
+            const JsonValue indices = sparse["indices"], values = sparse["values"];
+            const auto kind = integer("componentType", indices["componentType"], 5121, 5125);
+            if (kind == 5122 || kind == 5124) throw std::invalid_argument("componentType: expected unsigned integers, got " + std::to_string(kind));
+            const auto check = [&](JsonValue place, double bytes) {
+                const std::size_t view = as_size(integer("bufferView", place["bufferView"], 0, last_view));
+                check_end(view, static_cast<double>(integer("byteOffset", place["byteOffset"], 0, max_bytes, 0)), some, bytes, bytes);
+            };
+            check(indices, static_cast<double>(size_of(static_cast<int>(kind))));
+            check(values, width);
+        });
+        result.sparse = sparse;
+    }
+    return result;
+}
+
+const Accessor& GltfData::accessor(JsonValue number) const {
+    return accessors_[as_size(integer("accessor", number, 0, static_cast<std::int64_t>(accessors_.size()) - 1))];
+}
+
+std::size_t GltfData::size() const {
+    std::set<const std::uint8_t*> seen;
+    std::size_t result = 0;
+    for (const Bytes buffer : buffers_) {
+        if (seen.insert(buffer.data()).second) result += buffer.size();
+    }
+    return result;
+}
+
+Bytes GltfData::view(JsonValue number) const {
+    if (!item("bufferViews", number)) throw std::invalid_argument("expected an image with a uri or a bufferView, got none");
+    return view(static_cast<std::size_t>(*number.number()));
+}
+
+Bytes GltfData::view(std::size_t number) const {
+    const View& view = views_.at(number);
+    return view.compression.empty() ? buffers_[view.buffer].subspan(view.offset, view.length) : Bytes();
+}
+
+/// write(i, k, value) for the numbers k < width of elements i < count.
+template <class Write>
+void GltfData::each_at(std::size_t number, std::size_t offset, std::size_t stride, std::size_t count, int component, int width, Write write) const {
+    const Bytes bytes = view(number);
+    if (bytes.empty()) {
+        throw std::invalid_argument("expected plain vertices and indices, got " + std::string(views_[number].compression) + "; export without compression");
+    }
+    with_type(component, [&](auto zero) {
+        using T = decltype(zero);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i % 65536 == 0) Interruption::check();
+            const std::uint8_t* const from = bytes.data() + offset + i * stride;
+            for (int k = 0; k < width; ++k) {
+                T value;
+                std::memcpy(&value, from + static_cast<std::size_t>(k) * sizeof value, sizeof value);
+                write(i, k, value);
+            }
+        }
+    });
+}
+
+/// write(i, k, value) for the first numbers of all elements that are stored, and again for those that sparse data replace.
+template <class Write>
+void GltfData::each(const Accessor& accessor, int width, Write write) const {
+    const std::size_t element = size_of(accessor.component) * static_cast<std::size_t>(accessor.width);
+    if (accessor.view && accessor.count) {
+        each_at(*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width, write);
+    }
+    if (!accessor.sparse) return;
+    const auto number = [](JsonValue of, std::string_view name) { return as_size(integer(name, of[name], 0, max_bytes, 0)); };
+    const JsonValue indices = accessor.sparse["indices"], values = accessor.sparse["values"];
+    const std::size_t count = number(accessor.sparse, "count");
+    if (!count) return;
+    const int kind = static_cast<int>(number(indices, "componentType"));
+    std::vector<std::size_t> rows(count);
+    each_at(number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1, [&](std::size_t i, int, auto value) {
+        rows[i] = static_cast<std::size_t>(value);
+        if (rows[i] >= accessor.count) {
+            throw std::invalid_argument("sparse: expected indices below " + grouped(accessor.count) + ", got " + grouped(rows[i]));
+        }
+    });
+    each_at(number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width,
+            [&](std::size_t i, int k, auto value) { write(rows[i], k, value); });
+}
+
+Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool always) const {
+    const auto across = static_cast<std::size_t>(width);
+    Numbers<double> result(across * accessor.count);
+    if (!accessor.view) std::ranges::fill(result, 0.0);
+    const bool is_normalized = always || accessor.normalized;
+    each(accessor, width, [&](std::size_t i, int k, auto value) {
+        using T = decltype(value);
+        auto number = static_cast<double>(value);
+        if constexpr (std::is_integral_v<T>) {
+            if (is_normalized) number = std::max(number / static_cast<double>(std::numeric_limits<T>::max()), -1.0);
+        }
+        result[across * i + static_cast<std::size_t>(k)] = number;
+    });
+    return result;
+}
+
+Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
+    Numbers<std::int32_t> result(accessor.count);
+    if (!accessor.view) std::ranges::fill(result, 0);
+    each(accessor, 1, [&](std::size_t i, int, auto value) {
+        const bool fits = static_cast<double>(value) >= 0 && static_cast<double>(value) <= std::numeric_limits<std::int32_t>::max();
+        result[i] = fits ? static_cast<std::int32_t>(value) : -1;
+    });
+    return result;
+}
+
+}  // namespace bob::files
