@@ -187,8 +187,8 @@ def large_scene() -> bytes:
 
 @pytest.mark.parametrize(("name", "make"), [("a.ply", large_ply), ("a.stl", large_stl), ("a.bob", large_scene)])
 def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tmp_path: Path) -> None:
-    """Signals are handled between Python's own steps, so no single one may take long. A file of 100 MB takes some
-    seconds of the processor, and should be left within 0.3 s."""
+    """Signals are handled between Python's own steps, and every 20 ms within the core's, so no single one may take long.
+    A file of 100 MB takes up to some seconds of the processor, and should be left within 0.3 s."""
     (tmp_path / name).write_bytes(make())
     bob.load(tmp_path / name)  # once, with what it imports
     gc.disable()
@@ -202,4 +202,4 @@ def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tm
         signal.signal(signal.SIGALRM, before)
         gc.enable()
     times.append(time.thread_time())
-    assert np.diff(times).max() < 0.14 * (times[-1] - times[0])
+    assert np.diff(times).max() < max(0.04, 0.14 * (times[-1] - times[0]))

@@ -74,6 +74,7 @@ struct Surface {
     Material material;
     Layer color, emission, metallic_roughness;  // factors of their images are those of the material
     Layer mask;                                 // its alpha, or red where it has none, replaces that of `color`
+    bool replaces_color = false;                // where `color` has an image, it replaces the colours of the material and the parts
     Opacity opacity = Opacity::opaque;
     double alpha_cutoff = 0.5;  // of the product of the image's alpha and the vertices'; infinite if nothing is shown
 };

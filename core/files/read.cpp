@@ -12,7 +12,7 @@ struct Format {
     std::string_view ending;
     Reader reader;
 };
-constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"stl", read_stl}};
+constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
 
 Reader reader_of(std::string_view ending) {
     for (const Format& format : formats) {
@@ -125,6 +125,7 @@ void write(Json& json, const Surface& surface) {
         if (layer->image >= 0) json.key(name), write(json, *layer);
     }
     json.close('}');
+    json.key("replaces_color"), json.value(surface.replaces_color);
     json.key("opacity"), json.value(opacities[static_cast<std::size_t>(surface.opacity)]);
     json.key("alpha_cutoff"), json.value(surface.alpha_cutoff);
     json.close('}');

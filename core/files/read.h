@@ -13,6 +13,8 @@ using Reader = Contents (*)(Bytes bytes, Beside& beside);
 
 [[nodiscard]] Contents read_glb(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_gltf(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_off(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_ply(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_stl(Bytes bytes, Beside& beside);
 
 /// The reading of one file, in as many steps as it takes to fetch other files that it names.
@@ -41,7 +43,7 @@ private:
 /// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [{"part", "matrix": 16 numbers}],
 ///  "surfaces": [{"name", "color": [3], "ambient", "diffuse", "specular", "shininess", "metallic", "roughness", "emissive": [3],
 ///   "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" | "mirror", ...], "uv"}},
-///   "opacity": "opaque" | "cutout" | "translucent", "alpha_cutoff": number or null if infinite}],
+///   "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent", "alpha_cutoff": number or null if infinite}],
 ///  "images": [{"name", "label"}], "warnings": [...]}
 /// A roughness below 0 chooses Blinn-Phong.
 [[nodiscard]] std::string description(const Contents& contents);

@@ -1,8 +1,7 @@
 """Files: a scene or a mesh from what they hold, or one line that says why not.
 
-STL, OFF and glTF are parsed by trimesh's readers, which hand over what the file stores and nothing they made
-up. PLY, OBJ and 3MF are read here, since trimesh 5.2 falls short on files that people have; their modules say
-where.
+PLY, STL and OFF are read in the core, as in the page. glTF is parsed by trimesh's reader. OBJ and 3MF are read
+here.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ import numpy as np
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
@@ -28,10 +28,8 @@ from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part
-from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
-from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.shapes.implicit import Implicit
@@ -45,10 +43,10 @@ from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
-    ".ply": read_ply,
+    ".ply": read_in_core,
     ".obj": read_obj,
-    ".stl": read_stl,
-    ".off": read_off,
+    ".stl": read_in_core,
+    ".off": read_in_core,
     ".glb": read_glb,
     ".gltf": read_gltf,
     ".3mf": read_3mf,

@@ -1,0 +1,142 @@
+"""Mesh files that the core reads (core/files); here, files that they name are fetched, and their images decoded."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bobrossnet import _core
+from bobrossnet.adapters.beside import Beside
+from bobrossnet.adapters.part import Part, converted, counted, placed
+from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line, warn_of
+from bobrossnet.tracing.material import Material
+
+VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV = range(6)
+"""Numbers of a part's arrays; behind the last are further sets of uv."""
+
+
+def read_in_core(file: Path) -> list[Part]:
+    """The parts of a mesh file, each where the file places it.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read.
+    """
+    beside = Beside(file)
+    with _input_errors():
+        reading = _core.Reading(file.suffix[1:].lower(), file.read_bytes())
+        while wanted := reading.go_on():
+            try:
+                reading.give(beside.read(wanted))
+            except InputError as error:
+                reading.refuse(str(error))
+        contents = json.loads(reading.description())
+    for warning in contents["warnings"]:
+        warn_of(file, warning)
+    images = _Images(Textures(file, beside), [image["name"] for image in contents["images"]], reading)
+    surfaces = [images.surface(described) for described in contents["surfaces"]]
+    parts = [_part(reading, number, part, surfaces, contents) for number, part in enumerate(contents["parts"])]
+    if not contents["placements"]:
+        return parts
+    total, shown = 0, []
+    for placement in contents["placements"]:
+        part = parts[placement["part"]]
+        total = counted(total, len(part.vertices) + len(part.triangles))
+        shown.append(placed(part, np.array(placement["matrix"]).reshape(4, 4)))
+    return shown
+
+
+@contextmanager
+def _input_errors() -> Iterator[None]:
+    """The core's errors as those of inputs."""
+    try:
+        yield
+    except ValueError as error:
+        raise InputError(str(error)) from error
+
+
+def _part(
+    reading: _core.Reading, number: int, part: dict[str, Any], surfaces: list[Surface], contents: dict[str, Any]
+) -> Part:
+    vertices = reading.field(number, VERTICES)
+    assert vertices is not None
+    triangles = converted(reading.triangles(number), np.int64)
+    surface, described = Surface(), dict[str, Any]()
+    if part["surface"] >= 0:
+        surface, described = surfaces[part["surface"]], contents["surfaces"][part["surface"]]
+    fields: dict[str, Any] = {"normals": reading.field(number, NORMALS), "alphas": reading.field(number, ALPHAS)}
+    layer = described.get("layers", {}).get("color") or described.get("layers", {}).get("mask")
+    if surface.texture is not None and layer["uv"] < part["uv"]:
+        fields["uv"] = reading.field(number, UV + layer["uv"])
+    if surface.texture is None or not described["replaces_color"]:
+        fields |= {"colors": reading.field(number, COLORS), "face_colors": reading.field(number, FACE_COLORS)}
+    return Part(vertices, triangles, surface=surface, **fields)
+
+
+class _Images:
+    """Textures of a file's images by their numbers; what can't be read is left out, with a warning."""
+
+    def __init__(self, textures: Textures, names: list[str], reading: _core.Reading) -> None:
+        self.textures, self.names, self.reading = textures, names, reading
+        self.embedded: dict[int, Texture | None] = {}
+
+    def surface(self, described: dict[str, Any]) -> Surface:
+        layers, name = described["layers"], one_line(described["name"]) or None
+        texture = self._texture(layers.get("color"))
+        replaces = texture is not None and described["replaces_color"]
+        if mask := self._texture(layers.get("mask")):
+            try:
+                texture = self.textures.masked(texture, mask)
+            except InputError as error:
+                warn_of(self.textures.model, f"the mask of {name} was left out: {error}")
+        color = [1.0, 1.0, 1.0] if replaces else described["color"]
+        reflecting = ("metallic", "roughness")
+        if described["roughness"] < 0:
+            reflecting = ("ambient", "diffuse", "specular", "shininess")
+        material = Material(
+            tuple(color),
+            **{term: described[term] for term in reflecting},
+            emissive=tuple(described["emissive"]),
+        )
+        surface = Surface(material, texture, name, _cutoff(described, texture))
+        try:
+            self.textures.pictures.show(surface)
+        except InputError as error:
+            warn_of(self.textures.model, f"the texture of {name} was left out: {error}")
+            surface = Surface(material, None, name, _cutoff(described, None))
+        return surface
+
+    def _texture(self, layer: dict[str, Any] | None) -> Texture | None:
+        if layer is None:
+            return None
+        number = layer["image"]
+        name = self.names[number]
+        texture = self.textures[path_of(name.encode())] if name else self._embedded(number)
+        return texture and texture._replace(wrap=tuple(layer["wrap"]))
+
+    def _embedded(self, number: int) -> Texture | None:
+        if number not in self.embedded:
+            self.embedded[number] = None
+            try:
+                self.embedded[number] = Texture(self.textures.pictures.decoded(self.reading.image(number)))
+            except InputError as error:
+                warn_of(self.textures.model, f"texture {number} was left out: {error}")
+        return self.embedded[number]
+
+
+def _cutoff(described: dict[str, Any], texture: Texture | None) -> float | None:
+    if described["opacity"] == "translucent":
+        return texture.half if texture else None
+    if described["opacity"] == "opaque":
+        return None
+    cutoff = described["alpha_cutoff"]
+    return math.inf if cutoff is None else float(cutoff)
