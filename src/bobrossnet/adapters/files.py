@@ -1,7 +1,6 @@
 """Files: a scene or a mesh from what they hold, or one line that says why not.
 
-PLY, STL and OFF are read in the core, as in the page. glTF is parsed by trimesh's reader. OBJ and 3MF are read
-here.
+PLY, STL, OFF and glTF are read in the core, as in the page. OBJ and 3MF are read here.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
-from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.obj import read_obj
@@ -47,8 +45,8 @@ MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".obj": read_obj,
     ".stl": read_in_core,
     ".off": read_in_core,
-    ".glb": read_glb,
-    ".gltf": read_gltf,
+    ".glb": read_in_core,
+    ".gltf": read_in_core,
     ".3mf": read_3mf,
 }
 SCRIPT_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script}
