@@ -29,6 +29,7 @@ struct Reading {
     void give(const nb::bytes& data) { core_.give(span_of(data)); }
     void refuse(std::string_view why) { core_.refuse(why); }
     std::string description() { return bob::files::description(core_.contents()); }
+    Array<double, -1, -1> numbers();
     bob::files::Part& part(std::size_t number) { return core_.contents().parts.at(number); }
     nb::bytes image(std::size_t number) {
         const auto& bytes = core_.contents().images.at(number).bytes;
@@ -51,6 +52,11 @@ Array<T, -1, -1> handed_over(bob::files::Numbers<T>& numbers, std::size_t width)
     return Array<T, -1, -1>(data, 2, shape, owner);
 }
 
+Array<double, -1, -1> Reading::numbers() {
+    auto numbers = bob::files::numbers(core_.contents());
+    return handed_over(numbers, 1);
+}
+
 std::optional<Array<double, -1, -1>> field(Reading& reading, std::size_t part, std::size_t number) {
     auto& numbers = bob::files::field(reading.part(part), number);
     if (numbers.empty() && number > 0) return std::nullopt;
@@ -66,6 +72,7 @@ void bind_files(nb::module_& m) {
         .def("give", &Reading::give, "data"_a)
         .def("refuse", &Reading::refuse, "why"_a)
         .def("description", &Reading::description)
+        .def("numbers", &Reading::numbers)
         .def("triangles", [](Reading& reading, std::size_t part) { return handed_over(reading.part(part).triangles, 3); }, "part"_a)
         .def("field", &field, "part"_a, "number"_a)
         .def("image", &Reading::image, "number"_a);

@@ -10,6 +10,7 @@ namespace {
 struct Reading {
     bob::files::Reading core;
     std::string text = {};
+    bob::files::Numbers<double> numbers = {};
 };
 
 }  // namespace
@@ -42,16 +43,20 @@ bool answer_reading(Reading* reading, const std::uint8_t* bytes, std::size_t siz
     });
 }
 
-/// Makes `reading_text` the description of what was read (core/files/read.h).
+/// Makes `reading_text` the description of what was read, and `reading_numbers` its numbers (core/files/read.h).
 EXPORT(describe_reading) bool describe_reading(Reading* reading) {
     return attempt([&] {
         reading->text = bob::files::description(reading->core.contents());
+        reading->numbers = bob::files::numbers(reading->core.contents());
         return true;
     });
 }
 
 EXPORT(reading_text) const char* reading_text(const Reading* reading) { return reading->text.data(); }
 EXPORT(reading_text_size) std::size_t reading_text_size(const Reading* reading) { return reading->text.size(); }
+
+EXPORT(reading_numbers) const double* reading_numbers(const Reading* reading) { return reading->numbers.data(); }
+EXPORT(reading_numbers_size) std::size_t reading_numbers_size(const Reading* reading) { return reading->numbers.size(); }
 
 /// A part's triangles, (T, 3).
 EXPORT(part_triangles) const std::int32_t* part_triangles(Reading* reading, std::size_t part) {

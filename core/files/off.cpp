@@ -109,8 +109,8 @@ Contents read_off(Bytes bytes, Beside&) {
     Rows rows(text);
     const std::string of_counts = "counts of vertices and faces";
     if (kind.has_dimension) {
-        if (const double dimension = rows.next(of_counts); dimension != 3) {
-            throw std::invalid_argument("expected points of 3 dimensions, got " + quoted(std::to_string(dimension)));
+        if (rows.next(of_counts) != 3) {
+            throw std::invalid_argument("expected points of 3 dimensions, got others");
         }
     }
     const double vertices = rows.next(of_counts), faces = rows.next(of_counts);

@@ -105,6 +105,8 @@ public:
 
     /// The answer for a file, null until the host gives one. name: its path from the model's folder.
     const Answer* ask(std::string_view name) {
+        static const Answer none{{}, "expected the name of a file, got none"};
+        if (name.empty()) return &none;
         for (const auto& [known, answer] : answers_) {
             if (known == name) return &answer;
         }

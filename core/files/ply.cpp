@@ -56,13 +56,16 @@ auto with(Type type, F f) {
 }
 
 std::size_t size_of(Type type) {
-    return with(type, [](auto value) { return sizeof value; });
+    constexpr std::uint8_t sizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    return sizes[static_cast<std::size_t>(type)];
 }
 
 /// All of a colour; 0 of types in which files store it in several ways.
 double full_of(Type type) { return type == Type::i1 ? 127 : type == Type::u1 ? 255 : 0; }
+/// The largest number of a type; 255 of those that are no integers.
 double most_of(Type type) {
-    return with(type, [](auto value) { return std::is_integral_v<decltype(value)> ? static_cast<double>(std::numeric_limits<decltype(value)>::max()) : 255; });
+    const bool is_integer = type < Type::f4, is_signed = static_cast<int>(type) % 2 == 0;
+    return is_integer ? std::ldexp(1, static_cast<int>(8 * size_of(type)) - is_signed) - 1 : 255;
 }
 
 struct Property {
@@ -191,24 +194,27 @@ Header read_header(std::string_view text) {
 
 // ---- Rows ------------------------------------------------------------------------------------------------
 
-template <class T, bool is_big>
-T load(const std::uint8_t* bytes) {
+template <class T>
+T load(const std::uint8_t* bytes, bool is_big) {
     std::array<std::uint8_t, sizeof(T)> own;
     std::memcpy(own.data(), bytes, sizeof(T));
-    if constexpr (is_big != (std::endian::native == std::endian::big)) std::ranges::reverse(own);
+    if (is_big != (std::endian::native == std::endian::big)) std::ranges::reverse(own);
     return std::bit_cast<T>(own);
 }
 
+/// Not inlined: the code for all types takes more room than time.
+[[gnu::noinline]] double load(const std::uint8_t* bytes, Type type, bool is_big) {
+    return with(type, [&](auto value) { return static_cast<double>(load<decltype(value)>(bytes, is_big)); });
+}
+
 /// Numbers one after the other, of a body that is binary.
-template <bool is_big>
 class Binary {
 public:
-    explicit Binary(Bytes bytes) : bytes_(bytes) {}
+    Binary(Bytes bytes, bool is_big) : bytes_(bytes), is_big_(is_big) {}
 
+    [[nodiscard]] bool is_big() const { return is_big_; }
     void begin_row() {}
-    double number(Type type) {
-        return with(type, [&](auto value) { return static_cast<double>(load<decltype(value), is_big>(take(sizeof value))); });
-    }
+    double number(Type type) { return load(take(size_of(type)), type, is_big_); }
     double length(Type type) { return number(type); }
     void skip(Type type, double count) {
         if (count * static_cast<double>(size_of(type)) > static_cast<double>(bytes_.size())) throw Ended();
@@ -224,6 +230,7 @@ public:
 
 private:
     Bytes bytes_;
+    bool is_big_;
 };
 
 /// The same of a text, which has a line for each row. A line may hold more; some writers do that.
@@ -274,8 +281,7 @@ template <class Source>
 void read_list(Source& source, const Property& property, const Target& target, std::size_t most) {
     const double length = source.length(*property.length);
     if (!(length >= 0 && length <= static_cast<double>(most) && length < 1u << 31)) {
-        char digits[32];
-        const std::string got(digits, std::to_chars(std::begin(digits), std::end(digits), length).ptr);
+        const std::string got = std::fabs(length) < 1e18 ? std::to_string(static_cast<std::int64_t>(length)) : "more";
         throw std::invalid_argument("expected a list no longer than the file, got one of " + got);
     }
     const double count = std::floor(length);
@@ -290,8 +296,7 @@ void read_list(Source& source, const Property& property, const Target& target, s
 }
 
 /// Columns of rows that are all of one size.
-template <bool is_big>
-bool read_columns(Binary<is_big>& source, const Element& element, std::span<const Target> targets) {
+bool read_columns(Binary& source, const Element& element, std::span<const Target> targets) {
     std::size_t stride = 0;
     for (const Property& property : element.properties) {
         if (property.length) return false;
@@ -300,16 +305,21 @@ bool read_columns(Binary<is_big>& source, const Element& element, std::span<cons
     if (element.rows > source.rest().size() / stride) throw Ended();
     const auto rows = static_cast<std::size_t>(element.rows);
     const std::uint8_t* at = source.take(rows * stride);
+    const bool is_big = source.is_big();
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const Type type = element.properties[i].type;
-        if (double* to = targets[i].column) {
-            with(type, [&](auto value) {
-                const std::uint8_t* from = at;
-                for (std::size_t row = 0; row < rows; ++row, from += stride, to += targets[i].width) {
-                    if (row % 65536 == 0) Interruption::check();
-                    *to = static_cast<double>(load<decltype(value), is_big>(from));
-                }
-            });
+        const auto read = [&](auto number) {
+            const std::uint8_t* from = at;
+            double* to = targets[i].column;
+            for (std::size_t row = 0; row < rows; ++row, from += stride, to += targets[i].width) {
+                if (row % 65536 == 0) Interruption::check();
+                *to = number(from);
+            }
+        };
+        if (targets[i].column && type == Type::f4 && !is_big) {  // nearly all files'
+            read([](const std::uint8_t* from) { return static_cast<double>(load<float>(from, false)); });
+        } else if (targets[i].column) {
+            read([&](const std::uint8_t* from) { return load(from, type, is_big); });
         }
         at += size_of(type);
     }
@@ -319,24 +329,25 @@ bool read_columns(Binary<is_big>& source, const Element& element, std::span<cons
 bool read_columns(Text&, const Element&, std::span<const Target>) { return false; }
 
 /// Rows that have nothing but a list of three indices, as far as they go: as the others, in a fifth of the time. Returns how many.
-template <bool is_big>
-std::uint64_t read_triangles(Binary<is_big>& source, const Element& element, const Target& target) {
+std::uint64_t read_triangles(Binary& source, const Element& element, const Target& target) {
     const Property& list = element.properties[0];
     const bool is_plain = element.properties.size() == 1 && target.indices && list.length && size_of(*list.length) == 1 &&
                           (list.type == Type::i4 || list.type == Type::u4);
     if (!is_plain) return 0;
     constexpr std::size_t size = 13;
     const std::uint64_t most = std::min<std::uint64_t>(element.rows, source.rest().size() / size);
-    target.indices->reserve(target.indices->size() + 3 * static_cast<std::size_t>(most));
+    const bool is_big = source.is_big();
+    Numbers<std::int32_t>& indices = *target.indices;
+    const std::size_t start = indices.size();
+    indices.resize(start + 3 * static_cast<std::size_t>(most));
+    std::int32_t* to = indices.data() + start;
     std::uint64_t row = 0;
     for (; row < most && source.rest()[0] == 3; ++row) {
         if (row % 65536 == 0) Interruption::check();
         const std::uint8_t* const at = source.take(size);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto index = load<std::int32_t, is_big>(at + 1 + 4 * k);
-            target.indices->push_back(index < 0 ? -1 : index);
-        }
+        for (std::size_t k = 0; k < 3; ++k) *to++ = std::max(load<std::int32_t>(at + 1 + 4 * k, is_big), -1);
     }
+    indices.resize(start + 3 * static_cast<std::size_t>(row));
     target.lengths->assign(static_cast<std::size_t>(row), 3);
     return row;
 }
@@ -489,9 +500,8 @@ Contents read_ply(Bytes bytes, Beside&) {
         header.elements.pop_back();
     }
     const Bytes body = bytes.subspan(header.end);
-    Tables tables = header.is_text  ? read_tables(header, Text(text.substr(header.end)), bytes.size())
-                    : header.is_big ? read_tables(header, Binary<true>(body), bytes.size())
-                                    : read_tables(header, Binary<false>(body), bytes.size());
+    Tables tables = header.is_text ? read_tables(header, Text(text.substr(header.end)), bytes.size())
+                                   : read_tables(header, Binary(body, header.is_big), bytes.size());
     if (!tables.has_vertices) throw std::invalid_argument("expected a PLY with vertices x, y, z, got none");
 
     Contents contents;

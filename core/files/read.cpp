@@ -1,7 +1,6 @@
 #include "files/read.h"
 
-#include <charconv>
-#include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <stdexcept>
 
@@ -12,7 +11,8 @@ struct Format {
     std::string_view ending;
     Reader reader;
 };
-constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
+constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"obj", read_obj},
+                              {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
 
 Reader reader_of(std::string_view ending) {
     for (const Format& format : formats) {
@@ -40,14 +40,9 @@ public:
         text_ += ':';
         is_first_ = true;
     }
-    void value(double number) {
+    void value(std::int64_t number) {
         separate();
-        char digits[32];
-        if (std::isfinite(number)) {
-            text_.append(digits, std::to_chars(std::begin(digits), std::end(digits), number).ptr);
-        } else {
-            text_ += "null";
-        }
+        text_ += std::to_string(number);
     }
     /// text: UTF-8. Its bytes from 0x80 on become escapes of their code points.
     void value(std::string_view text) {
@@ -90,12 +85,6 @@ private:
     bool is_first_ = true;
 };
 
-void write(Json& json, const double (&rgb)[3]) {
-    json.open('[');
-    for (const double value : rgb) json.value(value);
-    json.close(']');
-}
-
 void write(Json& json, const Layer& layer) {
     constexpr std::string_view wraps[] = {"repeat", "clamp", "mirror"};
     json.open('{');
@@ -109,16 +98,8 @@ void write(Json& json, const Layer& layer) {
 
 void write(Json& json, const Surface& surface) {
     constexpr std::string_view opacities[] = {"opaque", "cutout", "translucent"};
-    const Material& material = surface.material;
     json.open('{');
     json.key("name"), json.value(surface.name);
-    json.key("color"), write(json, material.color);
-    for (const auto& [name, value] : {std::pair<std::string_view, double>{"ambient", material.ambient}, {"diffuse", material.diffuse},
-                                      {"specular", material.specular}, {"shininess", material.shininess},
-                                      {"metallic", material.metallic}, {"roughness", material.roughness}}) {
-        json.key(name), json.value(value);
-    }
-    json.key("emissive"), write(json, material.emissive);
     json.key("layers"), json.open('{');
     for (const auto& [name, layer] : {std::pair<std::string_view, const Layer*>{"color", &surface.color}, {"emission", &surface.emission},
                                       {"metallic_roughness", &surface.metallic_roughness}, {"mask", &surface.mask}}) {
@@ -127,7 +108,6 @@ void write(Json& json, const Surface& surface) {
     json.close('}');
     json.key("replaces_color"), json.value(surface.replaces_color);
     json.key("opacity"), json.value(opacities[static_cast<std::size_t>(surface.opacity)]);
-    json.key("alpha_cutoff"), json.value(surface.alpha_cutoff);
     json.close('}');
 }
 
@@ -148,17 +128,13 @@ std::string description(const Contents& contents) {
         json.open('{');
         json.key("name"), json.value(part.name);
         json.key("surface"), json.value(part.surface);
-        json.key("uv"), json.value(static_cast<double>(part.uv.size()));
+        json.key("uv"), json.value(static_cast<std::int64_t>(part.uv.size()));
         json.close('}');
     }
     json.close(']');
     json.key("placements"), json.open('[');
     for (const Placement& placement : contents.placements) {
-        json.open('{');
-        json.key("part"), json.value(static_cast<double>(placement.part));
-        json.key("matrix"), json.open('[');
-        for (const double value : placement.matrix) json.value(value);
-        json.close(']'), json.close('}');
+        json.value(static_cast<std::int64_t>(placement.part));
     }
     json.close(']');
     json.key("surfaces"), json.open('[');
@@ -176,6 +152,19 @@ std::string description(const Contents& contents) {
     for (const std::string& warning : contents.warnings) json.value(std::string_view(warning));
     json.close(']'), json.close('}');
     return std::move(json).text();
+}
+
+Numbers<double> numbers(const Contents& contents) {
+    Numbers<double> result;
+    for (const Surface& surface : contents.surfaces) {
+        const Material& m = surface.material;
+        result.insert(result.end(), std::begin(m.color), std::end(m.color));
+        result.insert(result.end(), {m.ambient, m.diffuse, m.specular, m.shininess, m.metallic, m.roughness});
+        result.insert(result.end(), std::begin(m.emissive), std::end(m.emissive));
+        result.push_back(surface.alpha_cutoff);
+    }
+    for (const Placement& placement : contents.placements) result.insert(result.end(), placement.matrix.begin(), placement.matrix.end());
+    return result;
 }
 
 Numbers<double>& field(Part& part, std::size_t number) {

@@ -13,6 +13,7 @@ using Reader = Contents (*)(Bytes bytes, Beside& beside);
 
 [[nodiscard]] Contents read_glb(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_gltf(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_obj(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_off(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_ply(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_stl(Bytes bytes, Beside& beside);
@@ -39,14 +40,16 @@ private:
     Contents contents_;
 };
 
-/// All but arrays and embedded images, as JSON in ASCII:
-/// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [{"part", "matrix": 16 numbers}],
-///  "surfaces": [{"name", "color": [3], "ambient", "diffuse", "specular", "shininess", "metallic", "roughness", "emissive": [3],
-///   "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" | "mirror", ...], "uv"}},
-///   "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent", "alpha_cutoff": number or null if infinite}],
+/// All but numbers and embedded images, as JSON in ASCII:
+/// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [part, ...],
+///  "surfaces": [{"name", "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" |
+///   "mirror", "..."], "uv"}}, "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent"}],
 ///  "images": [{"name", "label"}], "warnings": [...]}
-/// A roughness below 0 chooses Blinn-Phong.
 [[nodiscard]] std::string description(const Contents& contents);
+
+/// The numbers of what that describes: 13 for each surface, those of Material in their order and the alpha cutoff; then 16 for each
+/// placement, the rows of its matrix. They are not in the JSON, since to write them exactly takes 100 kB of tables.
+[[nodiscard]] Numbers<double> numbers(const Contents& contents);
 
 /// A part's array by its number: vertices, normals, colors, face_colors, alphas, and from 5 on uv sets. Empty if there is none.
 [[nodiscard]] Numbers<double>& field(Part& part, std::size_t number);

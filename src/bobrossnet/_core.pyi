@@ -29,7 +29,9 @@ class Reading:
     def give(self, data: bytes) -> None: ...
     def refuse(self, why: str) -> None: ...
     def description(self) -> str:
-        """All but arrays and images, as JSON (core/files/read.h)."""
+        """All but numbers and images, as JSON (core/files/read.h)."""
+    def numbers(self) -> F64:
+        """The numbers of what that describes, (n, 1): 13 for each surface, then 16 for each placement."""
     def triangles(self, part: int) -> I32:
         """(T, 3), handed over: the next call has none."""
     def field(self, part: int, number: int) -> F64 | None:

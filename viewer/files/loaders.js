@@ -1,11 +1,10 @@
 // @ts-check
-/** STL, GLB and glTF, parsed by loaders of three.js, which are only fetched for such files. */
+/** GLB and glTF, parsed by loaders of three.js, which are only fetched for such files. */
 
 import { CoreError } from "../core/errors.js";
-import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
+import { UPRIGHT, product } from "../shapes/affine.js";
 import { checkBuffers, checkGltf, checkTree, glbOf, packed, prepareScenes } from "./gltf.js";
 import { GltfSurfaces } from "./gltf_surfaces.js";
-import { textOf } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
 
@@ -14,18 +13,6 @@ const MAX_ITEMS = 50_000_000;
 
 /** The loaders of three.js. @returns {Promise<any>} */
 const three = () => import("../vendor/three/loaders.js");
-
-/** @param {ArrayBuffer} bytes @returns {Promise<Part[]>} without the normals, which it stores for faces */
-export async function readStl(bytes) {
-  if (bytes.byteLength < 84) return [];  // too short for a triangle
-  const head = new TextDecoder().decode(new Uint8Array(bytes, 0, 84));
-  const binary = bytes.byteLength === 84 + 50 * new DataView(bytes).getUint32(80, true);
-  if (!binary && !/^\s*solid/i.test(head)) {
-    throw new CoreError(`expected an STL of 84 + 50 n bytes for n triangles, got ${bytes.byteLength} bytes`);
-  }
-  const { STLLoader } = await three(), geometry = new STLLoader().parse(binary ? bytes : textOf(bytes));
-  return [partOf(geometry.deleteAttribute("normal"), IDENTITY)];
-}
 
 /**
  * @param {ArrayBuffer} bytes

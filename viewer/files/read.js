@@ -7,12 +7,10 @@ import { inCanonicalOrder } from "../tracing/canonical.js";
 import { sceneOf } from "../tracing/description.js";
 import { Beside } from "./beside.js";
 import { readBob } from "./bob.js";
+import { readInCore } from "./core_files.js";
 import { readGeomdl } from "./geomdl.js";
 import { meshScene } from "./joined.js";
-import { readGlb, readGltf, readStl } from "./loaders.js";
-import { readObj } from "./obj.js";
-import { readOff } from "./off.js";
-import { readPly } from "./ply.js";
+import { readGlb, readGltf } from "./loaders.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -23,12 +21,12 @@ import { readPly } from "./ply.js";
 
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
-  ".ply": mesh(readPly),
-  ".obj": mesh(readObj),
-  ".stl": mesh(readStl),
-  ".off": mesh(readOff),
-  ".glb": mesh(readGlb),
-  ".gltf": mesh(readGltf),
+  ".ply": inCore("ply"),
+  ".obj": inCore("obj"),
+  ".stl": inCore("stl"),
+  ".off": inCore("off"),
+  ".glb": inHost(readGlb),
+  ".gltf": inHost(readGltf),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
@@ -62,12 +60,25 @@ export async function readFile(core, name, bytes, beside = new Beside()) {
   }
 }
 
-/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Part[] | Promise<Part[]>} read @returns {Reader} */
+/** @param {string} format @returns {Reader} */
+function inCore(format) {
+  return mesh((core, bytes, warn, beside) => readInCore(core, format, bytes, warn, beside));
+}
+
+/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Promise<Part[]>} read @returns {Reader} */
+function inHost(read) {
+  return mesh((_, bytes, warn, beside) => read(bytes, warn, beside));
+}
+
+/**
+ * @param {(core: Core, bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Promise<Part[]>} read
+ * @returns {Reader}
+ */
 function mesh(read) {
   return async (core, bytes, name, beside) => {
     /** @type {string[]} */
     const told = [];
-    const parts = await read(bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
+    const parts = await read(core, bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
     const { warnings = [], ...scene } = meshScene(core, name, parts);
     return { ...scene, warnings: [...told, ...warnings] };
   };

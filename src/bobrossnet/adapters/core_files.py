@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +20,10 @@ from bobrossnet.tracing.material import Material
 
 VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV = range(6)
 """Numbers of a part's arrays; behind the last are further sets of uv."""
+
+MATERIAL = ("ambient", "diffuse", "specular", "shininess", "metallic", "roughness")
+OF_SURFACE, OF_PLACEMENT = 13, 16
+"""Numbers."""
 
 
 def read_in_core(file: Path) -> list[Part]:
@@ -40,6 +43,12 @@ def read_in_core(file: Path) -> list[Part]:
             except InputError as error:
                 reading.refuse(str(error))
         contents = json.loads(reading.description())
+        numbers = reading.numbers()
+    of_surfaces = len(contents["surfaces"]) * OF_SURFACE
+    for described, own in zip(contents["surfaces"], numbers[:of_surfaces].reshape(-1, OF_SURFACE).tolist(), strict=True):
+        described |= {"color": own[:3], "emissive": own[9:12], "alpha_cutoff": own[12]} | dict(
+            zip(MATERIAL, own[3:9], strict=True)
+        )
     for warning in contents["warnings"]:
         warn_of(file, warning)
     images = _Images(Textures(file, beside), contents["images"], reading)
@@ -48,10 +57,10 @@ def read_in_core(file: Path) -> list[Part]:
     if not contents["placements"]:
         return parts
     total, shown = 0, []
-    for placement in contents["placements"]:
-        part = parts[placement["part"]]
+    for number, matrix in zip(contents["placements"], numbers[of_surfaces:].reshape(-1, 4, 4), strict=True):
+        part = parts[number]
         total = counted(total, len(part.vertices) + len(part.triangles))
-        shown.append(placed(part, np.array(placement["matrix"]).reshape(4, 4)))
+        shown.append(placed(part, matrix))
     return shown
 
 
@@ -100,9 +109,7 @@ class _Images:
             except InputError as error:
                 warn_of(self.textures.model, f"the mask of {name} was left out: {error}")
         color = [1.0, 1.0, 1.0] if replaces else described["color"]
-        terms = ("ambient", "diffuse", "specular", "shininess")
-        if described["roughness"] >= 0:
-            terms = ("metallic", "roughness")
+        terms = MATERIAL[:4] if described["roughness"] < 0 else MATERIAL[4:]
         reflecting = {term: described[term] for term in terms}
         if "metallic_roughness" in layers:
             _, green, blue = self._mean(layers["metallic_roughness"]["image"])
@@ -156,5 +163,4 @@ def _cutoff(described: dict[str, Any], texture: Texture | None) -> float | None:
         return texture.half if texture else None
     if described["opacity"] == "opaque":
         return None
-    cutoff = described["alpha_cutoff"]
-    return math.inf if cutoff is None else float(cutoff)
+    return float(described["alpha_cutoff"])

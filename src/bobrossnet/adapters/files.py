@@ -1,6 +1,6 @@
 """Files: a scene or a mesh from what they hold, or one line that says why not.
 
-PLY, STL, OFF and glTF are read in the core, as in the page. OBJ and 3MF are read here.
+PLY, OBJ, STL, OFF and glTF are read in the core, as in the page. 3MF is read here.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
-from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part
 from bobrossnet.adapters.rhino import read_3dm
@@ -42,7 +41,7 @@ from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_in_core,
-    ".obj": read_obj,
+    ".obj": read_in_core,
     ".stl": read_in_core,
     ".off": read_in_core,
     ".glb": read_in_core,

@@ -1,0 +1,235 @@
+// @ts-check
+/**
+ * Mesh files that the core reads (core/files); here, files that they name are fetched, and their images decoded, as in
+ * bobrossnet.adapters.core_files.
+ *
+ * @typedef {import("./beside.js").Beside} Beside
+ * @typedef {import("./part.js").Part} Part
+ * @typedef {import("./part.js").Warn} Warn
+ * @typedef {import("./surface.js").Picture} Picture
+ * @typedef {import("./surface.js").Surface} Surface
+ * @typedef {import("./surface.js").Texture} Texture
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {{image: number, wrap: string[], uv: number}} Layer
+ * @typedef {{name: string, layers: {color?: Layer, mask?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
+ *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as core/files/read.h has it
+ * @typedef {{parts: {name: string, surface: number, uv: number}[], placements: number[],
+ *   surfaces: Described[], images: {name: string}[], warnings: string[]}} Contents
+ */
+
+import { CoreError } from "../core/errors.js";
+import { WHITE } from "../tracing/description.js";
+import { Pictures, half } from "./surface.js";
+
+const WRAPS = ["repeat", "clamp", "mirror"];
+
+/** Numbers of a part's arrays; behind the last are further sets of uv. */
+const [VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV] = [0, 1, 2, 3, 4, 5];
+
+/** Numbers of a surface. */
+const OF_SURFACE = 13;
+
+/**
+ * @param {Core} core
+ * @param {string} format the ending of the file's name, without its point
+ * @param {ArrayBuffer} bytes
+ * @param {Warn} warn
+ * @param {Beside} beside
+ * @returns {Promise<Part[]>}
+ */
+export async function readInCore(core, format, bytes, warn, beside) {
+  const address = core.put(new Uint8Array(bytes));
+  let reading = 0;
+  try {
+    reading = core.made("make_reading", format, address, bytes.byteLength);
+    for (let wanted = readOn(core, reading); wanted; wanted = readOn(core, reading)) await answer(core, reading, wanted, beside);
+    core.made("describe_reading", reading);
+    /** @type {Contents} */
+    const contents = JSON.parse(textOf(core, reading));
+    contents.warnings.forEach(warn);
+    const numbers = copied(core, Float64Array, "reading_numbers", reading) ?? new Float64Array(0);
+    contents.surfaces.forEach((surface, i) => addNumbers(surface, Array.from(numbers.subarray(OF_SURFACE * i, OF_SURFACE * (i + 1)))));
+    const surfaces = await new Images(core, reading, contents, warn, beside).surfaces();
+    return contents.parts.map((part, number) => partOf(core, reading, number, part, surfaces[part.surface], contents.surfaces[part.surface]));
+  } finally {
+    if (reading) core.call("free_reading", reading);
+    core.release(address);
+  }
+}
+
+/** @param {Described} surface @param {number[]} numbers of it */
+function addNumbers(surface, numbers) {
+  const [ambient, diffuse, specular, shininess, metallic, roughness] = numbers.slice(3, 9);
+  const color = numbers.slice(0, 3), emissive = numbers.slice(9, 12), alphaCutoff = numbers[12];
+  Object.assign(surface, { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive, alphaCutoff });
+}
+
+/** @param {Core} core @param {number} reading @returns {string} the name of a file that is needed first, empty at the end */
+function readOn(core, reading) {
+  core.made("read_on", reading);
+  return textOf(core, reading);
+}
+
+/** @param {Core} core @param {number} reading */
+function textOf(core, reading) {
+  const size = core.call("reading_text_size", reading), at = core.call("reading_text", reading) >>> 0;
+  return new TextDecoder().decode(new Uint8Array(core.memory, at, size).slice());
+}
+
+/** Gives the file that a reading needs, or the reason why not. @param {Core} core @param {number} reading @param {string} wanted @param {Beside} beside */
+async function answer(core, reading, wanted, beside) {
+  try {
+    const bytes = await beside.read(wanted);
+    core.made("answer_reading", reading, bytes, bytes.byteLength, 1);
+  } catch (error) {
+    if (!(error instanceof CoreError)) throw error;
+    core.made("answer_reading", reading, error.message, 0);
+  }
+}
+
+/**
+ * @param {Core} core
+ * @param {number} reading
+ * @param {number} number of the part
+ * @param {Contents["parts"][0]} part
+ * @param {Surface | undefined} surface
+ * @param {Described | undefined} described
+ * @returns {Part}
+ */
+function partOf(core, reading, number, part, surface, described) {
+  const field = (/** @type {number} */ which) => copied(core, Float64Array, "part_field", reading, number, which);
+  const layer = described?.layers.color ?? described?.layers.mask, texture = surface?.texture;
+  const isReplaced = described?.replaces_color && texture;
+  return {
+    vertices: field(VERTICES) ?? new Float64Array(0), triangles: copied(core, Int32Array, "part_triangles", reading, number) ?? new Int32Array(0),
+    normals: field(NORMALS), alphas: field(ALPHAS),
+    colors: isReplaced ? undefined : field(COLORS), faceColors: isReplaced ? undefined : field(FACE_COLORS),
+    uv: texture && layer && layer.uv < part.uv ? field(UV + layer.uv) : undefined, surface,
+  };
+}
+
+/**
+ * A copy of an array of the core's; nothing of an empty one.
+ *
+ * @template {Float64Array | Int32Array | Uint8Array<ArrayBuffer>} T
+ * @param {Core} core
+ * @param {{new (buffer: ArrayBuffer, start: number, length: number): T}} type
+ * @param {string} name of the function that returns its address
+ * @param {...number} of
+ * @returns {T | undefined}
+ */
+function copied(core, type, name, ...of) {
+  const size = core.call(`${name}_size`, ...of);
+  return size ? /** @type {T} */ (new type(core.memory, core.call(name, ...of) >>> 0, size).slice()) : undefined;
+}
+
+/** The images of a file: each is decoded once. What can't be read is left out, with a warning. */
+class Images {
+  #pictures = new Pictures();
+  /** @type {Map<number, Picture | undefined>} */
+  #decoded = new Map();
+  /** By picture and mask. @type {Map<Picture | undefined, Map<Picture, Picture>>} */
+  #masked = new Map();
+
+  /** @param {Core} core @param {number} reading @param {Contents} contents @param {Warn} warn @param {Beside} beside */
+  constructor(core, reading, contents, warn, beside) {
+    this.core = core, this.reading = reading, this.contents = contents, this.warn = warn, this.beside = beside;
+  }
+
+  async surfaces() {
+    const surfaces = [];
+    for (const described of this.contents.surfaces) surfaces.push(await this.#surface(described));
+    return surfaces;
+  }
+
+  /** @param {Described} described @returns {Promise<Surface>} */
+  async #surface(described) {
+    const { layers, name } = described, laid = await this.#texture(layers.color), mask = await this.#texture(layers.mask);
+    const cutOut = mask && await this.#attempt(
+      async () => ({ wrap: (laid ?? mask).wrap, picture: this.#withMask(laid?.picture, mask.picture) }), `the mask of ${name} was left out`,
+    );
+    const surface = surfaceOf(described, laid, cutOut ?? laid);
+    if (!surface.texture) return surface;
+    const { picture } = surface.texture, isCutOut = surface.alphaCutoff !== undefined;
+    const isShown = await this.#attempt(async () => (this.#pictures.show(picture, isCutOut), true), `the texture of ${name} was left out`);
+    return isShown ? surface : surfaceOf(described, undefined, undefined);
+  }
+
+  /** @param {Layer} [layer] @returns {Promise<Texture | undefined>} */
+  async #texture(layer) {
+    if (!layer) return undefined;
+    const { image, wrap } = layer, { name } = this.contents.images[image];
+    if (!this.#decoded.has(image)) {
+      const read = async () => this.#pictures.decoded(name ? await this.beside.read(name) : this.#embedded(image));
+      this.#decoded.set(image, await this.#attempt(read, `texture ${name || image} was left out`));
+    }
+    const picture = this.#decoded.get(image), [across, down] = wrap.map((own) => WRAPS.indexOf(own));
+    return picture && { picture, wrap: [across, down] };
+  }
+
+  /** @param {number} image @returns {Uint8Array<ArrayBuffer>} */
+  #embedded(image) {
+    return copied(this.core, /** @type {any} */ (Uint8Array), "reading_image", this.reading, image) ?? new Uint8Array(0);
+  }
+
+  /** What `masked` makes of two pictures, made and counted once. @param {Picture | undefined} picture @param {Picture} mask */
+  #withMask(picture, mask) {
+    /** @type {Map<Picture, Picture>} */
+    const of = this.#masked.get(picture) ?? new Map(), known = of.get(mask), { height, width } = picture ?? mask;
+    if (known) return known;
+    this.#pictures.count(height, width);
+    const made = masked(picture, mask);
+    this.#masked.set(picture, of.set(mask, made));
+    return made;
+  }
+
+  /** @template T @param {() => Promise<T>} read @param {string} failed @returns {Promise<T | undefined>} */
+  async #attempt(read, failed) {
+    try {
+      return await read();
+    } catch (error) {
+      if (!(error instanceof CoreError)) throw error;
+      this.warn(`${failed}: ${error.message}`);
+      return undefined;
+    }
+  }
+}
+
+/** @param {Described} described @param {Texture | undefined} laid @param {Texture | undefined} texture that with a mask @returns {Surface} */
+function surfaceOf(described, laid, texture) {
+  const { name, ambient, diffuse, specular, shininess, metallic, roughness, emissive } = described;
+  const color = laid && described.replaces_color ? [1, 1, 1] : described.color;
+  const reflecting = roughness < 0 ? { ambient, diffuse, specular, shininess } : { metallic, roughness };
+  const alphaCutoff = cutoffOf(described, texture);
+  return {
+    material: { ...WHITE, color, emissive, ...reflecting }, ...(texture && { texture }), ...(name && { name }),
+    ...(alphaCutoff !== undefined && { alphaCutoff }),
+  };
+}
+
+/** @param {Described} described @param {Texture | undefined} texture */
+function cutoffOf({ opacity, alphaCutoff }, texture) {
+  if (opacity === "translucent") return half(texture?.picture);
+  return opacity === "opaque" ? undefined : alphaCutoff;
+}
+
+/**
+ * The picture, or a white one, with the alpha of a mask, or what is bright of one without alpha. A mask of another size
+ * lends each texel what is at its centre.
+ *
+ * @param {Picture | undefined} picture
+ * @param {Picture} mask
+ * @returns {Picture}
+ */
+function masked(picture, mask) {
+  const { texels, height, width } = picture ?? { ...mask, texels: new Uint8Array(mask.texels.length).fill(255) };
+  const alpha = new Uint8Array(height * width);
+  for (let row = 0, to = 0; row < height; ++row) {
+    const start = Math.floor((2 * row + 1) * mask.height / (2 * height)) * mask.width;
+    for (let column = 0; column < width; ++column, ++to) {
+      const from = start + Math.floor((2 * column + 1) * mask.width / (2 * width));
+      alpha[to] = mask.alpha ? mask.alpha[from] : mask.texels[3 * from];
+    }
+  }
+  return { texels, height, width, alpha };
+}
