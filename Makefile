@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo page dev quick test docs bench bench-web report quality vendor yyjson npm types clean
+.PHONY: demo page dev quick test docs bench bench-web report quality yyjson npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed-native
@@ -67,19 +67,6 @@ quality: $(VENV)/installed-train
 # The documents as a site, with the reference and the page: out/site/index.html.
 docs: $(VENV)/installed-test
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs/site . out/site
-
-# The loaders of three.js that the viewer's page ships, from npm: joined to one file, without what they do not use of it.
-THREE := 0.187.0
-ESBUILD := 0.28.2
-VENDOR := viewer/vendor/three
-vendor:
-	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)
-	cp vendor/*.js build/three
-	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
-	cd build/three && npm install --silent --no-save --prefix . esbuild@$(ESBUILD)
-	cd build/three && node_modules/.bin/esbuild loaders.js --bundle --minify --format=esm --alias:three=./three.js --log-level=warning \
-	  --banner:js="// @ts-nocheck three.js $(THREE), https://threejs.org, MIT licence (LICENSE.txt)" --outfile=$(abspath $(VENDOR))/loaders.js
-	cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
 
 # The reader of JSON in the core, from its tag on GitHub: without its writers, what it does not read here, and comments. Needs unifdef.
 YYJSON := 0.12.0

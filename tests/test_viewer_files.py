@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_cases import CASES as GLTF_CASES
 from models import MODELS, needs_models
 from PIL import Image
 from textures import OTHERS, shared_scene
@@ -410,6 +411,28 @@ def test_glb(same, page):
     mirrored = {"mesh": 0, "scale": [1, -2, 0.5], "translation": [3, 0, 1]}
     same("a.glb", box_glb([turned, mirrored, {"mesh": 1, "scale": [2, 2, 2]}]))
     assert not [url for url in asked if "missing" in url]
+
+
+def outcome(load, file):
+    try:
+        return load(file)
+    except bob.InputError as error:
+        return error
+
+
+@pytest.mark.parametrize("name", GLTF_CASES)
+def test_cases_of_gltf(name, read):
+    """As in Python, where their numbers are tested (test_gltf.py), with the same words."""
+    file = Path(__file__).parent / "cases" / name
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = outcome(bob.load, file)
+    found = read(file)
+    if isinstance(scene, bob.InputError):
+        assert found["error"] == str(scene)
+        return
+    assert found["warnings"] == [str(warning.message) for warning in told]
+    assert_equal_pictures(found, scene, pixels=2)
 
 
 # ---- Colours ---------------------------------------------------------------------------------------------
@@ -951,7 +974,7 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
         ("a.glb", b"glTF", "expected a GLB, which starts with 'glTF'"),
         ("a.glb", box_glb([{"mesh": 1}])[:-9], "expected 932 bytes, as its head says, got 923"),
         ("a.glb", box_glb(LOOP), "expected nodes that form a tree, got one with two parents or inside itself"),
-        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected its data within the file, got it"),
+        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected b.bin to be opened together with it"),
         ("a.glb", glb({}), "expected triangles, got none"),
         ("a.json", b"[", "expected a .json file, could not read it (SyntaxError"),
         ("a.json", b"{}", "shape: expected one, got none"),

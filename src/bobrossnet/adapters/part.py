@@ -70,16 +70,6 @@ class Part(NamedTuple):
     surface: Surface = Surface()
 
 
-def trimesh_part(stored: dict[str, Any]) -> Part:
-    """A part from what trimesh's readers return, who have `vertex_normals` only where the file has them."""
-    normals = stored.get("vertex_normals")
-    return Part(
-        converted(np.asarray(stored["vertices"]), np.float64).reshape(-1, 3),
-        converted(np.asarray(stored["faces"]), np.int64).reshape(-1, 3),
-        None if normals is None else np.asarray(normals, dtype=np.float64),
-    )
-
-
 def fan(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.int64]:
     """Cut polygons into fans of triangles, (T, 3).
 

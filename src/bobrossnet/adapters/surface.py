@@ -253,10 +253,3 @@ def _texels(image: Image) -> NDArray[np.uint8]:
         return np.array(image.convert("RGB"))
     gray = (np.asarray(image).astype(np.int32) >> 8).astype(np.uint8)
     return np.repeat(gray[..., None], 3, axis=2)
-
-
-def unit(value: Any, otherwise: float) -> float:
-    """A number as near to it as 0..1 allows; `otherwise` where it is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        return otherwise
-    return min(max(float(value), 0.0), 1.0)
