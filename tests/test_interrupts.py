@@ -187,8 +187,8 @@ def large_scene() -> bytes:
 
 @pytest.mark.parametrize(("name", "make"), [("a.ply", large_ply), ("a.stl", large_stl), ("a.bob", large_scene)])
 def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tmp_path: Path) -> None:
-    """Signals are handled between Python's own steps, and every 20 ms within the core's, so no single one may take long.
-    A file of 100 MB takes up to some seconds of the processor, and should be left within 0.3 s."""
+    """Signals are handled between Python's own steps, and every 20 ms within the core's, so no single one may take
+    long. A file of 100 MB takes up to some seconds of the processor, and should be left within 0.3 s."""
     (tmp_path / name).write_bytes(make())
     bob.load(tmp_path / name)  # once, with what it imports
     gc.disable()

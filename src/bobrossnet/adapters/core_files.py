@@ -45,7 +45,9 @@ def read_in_core(file: Path) -> list[Part]:
         contents = json.loads(reading.description())
         numbers = reading.numbers()
     of_surfaces = len(contents["surfaces"]) * OF_SURFACE
-    for described, own in zip(contents["surfaces"], numbers[:of_surfaces].reshape(-1, OF_SURFACE).tolist(), strict=True):
+    for described, own in zip(
+        contents["surfaces"], numbers[:of_surfaces].reshape(-1, OF_SURFACE).tolist(), strict=True
+    ):
         described |= {"color": own[:3], "emissive": own[9:12], "alpha_cutoff": own[12]} | dict(
             zip(MATERIAL, own[3:9], strict=True)
         )

@@ -166,7 +166,8 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a triangle mesh from a file.
 
     All parts of a file become one mesh, placed as the file places them. glTF is y-up by its specification
-    and is turned to z-up; the other formats are taken as stored. Polygons are cut into fans of triangles.
+    and is turned to z-up; the other formats are taken as stored. Polygons become triangles, concave ones by
+    their ears.
     Vertices that no triangle uses are left out. The colours of materials become those of triangles; a texture is kept
     where all of the file has the same. `load` makes an instance for each material instead.
 

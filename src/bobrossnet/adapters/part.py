@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -46,13 +45,6 @@ def concatenated(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return result
 
 
-def lines_of(data: bytes) -> Iterator[bytes]:
-    """The lines of a text, whatever they end with. They are not all in memory at once."""
-    text = io.BytesIO(data)
-    while some := text.read(1 << 20) + text.readline():
-        yield from some.splitlines()
-
-
 class Part(NamedTuple):
     """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
 
@@ -68,33 +60,6 @@ class Part(NamedTuple):
     alphas: NDArray[np.float64] | None = None  # (V, 1)
     uv: NDArray[np.float64] | None = None  # (V, 2), of the surface's texture, from its top left on
     surface: Surface = Surface()
-
-
-def fan(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Cut polygons into fans of triangles, (T, 3).
-
-    Parameters
-    ----------
-    lengths : (n,) int64, 0 or above
-        Corners of each polygon; those with fewer than 3 make no triangle.
-    corners : (sum of lengths,) int64
-        The corners of all polygons, one polygon after another.
-    """
-    if (lengths == 3).all():
-        return corners.reshape(-1, 3)
-    cuts = np.maximum(lengths - 2, 0)
-    first = np.repeat(np.cumsum(lengths) - lengths, cuts)
-    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(cuts) - cuts, cuts)
-    triangles = np.empty((len(first), 3), np.int64)
-    for rows in pieces(len(first)):
-        a, b = first[rows], second[rows]
-        triangles[rows] = np.stack([corners[a], corners[b], corners[b + 1]], axis=1)
-    return triangles
-
-
-def of_triangles(values: NDArray[Any], lengths: NDArray[np.int64]) -> NDArray[Any]:
-    """What polygons have, (n, ...), for each triangle of their fans."""
-    return values if (lengths == 3).all() else np.repeat(values, np.maximum(lengths - 2, 0), axis=0)
 
 
 def rows_of(numbers: NDArray[Any], count: int) -> list[NDArray[np.int64]]:

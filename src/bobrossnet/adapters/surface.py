@@ -204,11 +204,6 @@ def path_of(name: bytes) -> PurePosixPath:
     return PurePosixPath(name.strip().decode("utf-8", "replace").replace("\\", "/"))
 
 
-def texture_beside(model: Path, name: bytes) -> Texture | None:
-    """The texture that a model names; None, with a warning, if it can't be read."""
-    return Textures(model, Beside(model))[path_of(name)]
-
-
 def _decoded(data: bytes, pictures: Pictures) -> Picture:
     with _opened(data) as image:
         width, height = image.size
