@@ -75,6 +75,7 @@ yyjson:
 	cd build/yyjson/src && for file in yyjson.c yyjson.h; do \
 	  unifdef -UYYJSON_DISABLE_READER $(foreach part,WRITER INCR_READER UTILS NON_STANDARD FAST_FP_CONV,-DYYJSON_DISABLE_$(part)=1) $$file > short.$$file; \
 	  gcc -w -fpreprocessed -dD -E -P short.$$file > $(abspath vendor/yyjson)/$$file; done
+	sed -i 's/if (char_is_space(cur\[1\]) \&\& char_is_space(cur\[2\])) {/if (true) {/' vendor/yyjson/yyjson.c  # one way to read texts of both kinds, for the page's sake
 	cp build/yyjson/LICENSE vendor/yyjson
 
 # The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.

@@ -25,7 +25,6 @@ CORE = {
     "light": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
     "frame": {"picture"},
-    "files": {"base", "shapes", "tracing"},
 }
 PYTHON = {
     "support": set(),

@@ -561,10 +561,16 @@ def png_head(width, height):
 def of_pictures(pictures, **more):
     """A box for each of the pictures, by their contents, with a material of its own."""
     uris = [{"uri": "data:image/png;base64," + base64.b64encode(picture).decode()} for picture in pictures]
-    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(len(pictures))]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 2}
+    primitives = [{"attributes": attributes, "indices": 1, "material": i} for i in range(len(pictures))]
     laid = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}, **more} for i in range(len(pictures))]
-    sources = [{"source": i} for i in range(len(pictures))]
-    return box_glb([{"mesh": 0}], images=uris, meshes=[{"primitives": primitives}], materials=laid, textures=sources)
+    points = {"bufferView": 0, "componentType": 5126, "count": 8}
+    corners = {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"}
+    return box_glb(
+        [{"mesh": 0}], images=uris, meshes=[{"primitives": primitives}], materials=laid,
+        textures=[{"source": i} for i in range(len(pictures))],
+        accessors=[points | {"type": "VEC3"}, corners, points | {"type": "VEC2"}],
+    )  # fmt: skip
 
 
 def warnings_of(read, file, content, beside=()):

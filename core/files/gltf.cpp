@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "base/interruption.h"
@@ -65,31 +66,33 @@ Rows placed(const Vec3d& shift, std::array<double, 4> turn, const Vec3d& scale) 
             2 * (x * z - y * w) * s, 2 * (y * z + x * w) * t, (1 - 2 * (x * x + y * y)) * u, shift[2]};
 }
 
-/// Numbers of a node; `otherwise` if it has none.
-template <std::size_t N>
-std::array<double, N> array_of(std::string_view name, JsonValue value, std::array<double, N> otherwise) {
-    if (!value) return otherwise;
-    const std::vector<JsonValue> items = value.items();
-    std::array<double, N> result = otherwise;
-    if (!value.is_list()) throw std::invalid_argument(std::string(name) + ": expected lists of numbers, got " + value.brief());
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        const std::optional<double> number = items[i].number();
-        if (!number) throw std::invalid_argument(std::string(name) + ": expected lists of numbers, got " + items[i].brief());
-        if (i < N) result[i] = *number;
+/// Takes the numbers of a node, if it has them.
+void take(std::string_view name, JsonValue node, std::span<double> to) {
+    const JsonValue value = node[name];
+    if (!value) return;
+    if (!value.is_list()) refuse({name, ": expected lists of numbers, got ", value.brief()});
+    std::size_t count = 0;
+    for (const JsonValue item : value.items()) {
+        const std::optional<double> number = item.number();
+        if (!number) refuse({name, ": expected lists of numbers, got ", item.brief()});
+        if (count < to.size()) to[count] = *number;
+        ++count;
     }
-    if (items.size() != N) {
-        throw std::invalid_argument(std::string(name) + ": expected shape (" + std::to_string(N) + ",), got (" + std::to_string(items.size()) + ",)");
-    }
-    return result;
+    if (count != to.size()) refuse({name, ": expected shape (", std::to_string(to.size()), ",), got (", std::to_string(count), ",)"});
 }
 
 Rows place_of(JsonValue node) {
     if (node["matrix"]) {
-        const auto m = array_of<16>("matrix", node["matrix"], {});  // columns come first
+        std::array<double, 16> m{};  // columns come first
+        take("matrix", node, m);
         return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
     }
-    return placed(array_of<3>("translation", node["translation"], {0, 0, 0}), array_of<4>("rotation", node["rotation"], {0, 0, 0, 1}),
-                  array_of<3>("scale", node["scale"], {1, 1, 1}));
+    Vec3d shift{}, scale = {1, 1, 1};
+    std::array<double, 4> turn = {0, 0, 0, 1};
+    take("translation", node, shift);
+    take("rotation", node, turn);
+    take("scale", node, scale);
+    return placed(shift, turn, scale);
 }
 
 /// Whether a file that needs this extension can be shown: it is read, refused where it matters, or changes no shape.
@@ -211,8 +214,7 @@ void Scene::read() {
 void Scene::check_extensions() const {
     for (const JsonValue extension : data_.root()["extensionsRequired"].items()) {
         if (!extension.text() || !is_known(*extension.text())) {
-            throw std::invalid_argument("extensionsRequired: expected extensions that are known, got " + extension.brief() +
-                                        "; export without it");
+            refuse({"extensionsRequired: expected extensions that are known, got ", extension.brief(), "; export without it"});
         }
     }
 }
@@ -223,24 +225,24 @@ void Scene::check_meshes() const {
         at_item("meshes", i, [&] {
             const JsonValue list = meshes_[i]["primitives"];
             for (const JsonValue primitive : list.items()) {
-                if (!primitive.is_object()) throw std::invalid_argument("primitives: expected a list of objects, got another");
+                if (!primitive.is_object()) refuse({"primitives: expected a list of objects, got another"});
                 const JsonValue attributes = primitive["attributes"];
-                if (!attributes["POSITION"]) throw std::invalid_argument("attributes: expected a POSITION, got none");
+                if (!attributes["POSITION"]) refuse({"attributes: expected a POSITION, got none"});
                 const auto last = static_cast<std::int64_t>(data_.list("accessors").size()) - 1;
                 for (const auto& [name, value] : attributes.members()) {
                     static_cast<void>(integer(name, value, 0, last));
                     if ((name == "POSITION" || name == "NORMAL") && data_.accessor(value).width != 3) {
-                        throw std::invalid_argument(std::string(name) + ": expected vectors of type VEC3, got another");
+                        refuse({name, ": expected vectors of type VEC3, got another"});
                     }
                 }
                 static_cast<void>(integer("mode", primitive["mode"], points, triangle_fan, triangles));
                 if (const JsonValue indices = primitive["indices"]) {
                     static_cast<void>(integer("indices", indices, 0, last));
                     const Accessor& accessor = data_.accessor(indices);
-                    if (accessor.width != 1 || accessor.is_float()) throw std::invalid_argument("indices: expected integers, got others");
+                    if (accessor.width != 1 || accessor.is_float()) refuse({"indices: expected integers, got others"});
                 }
             }
-            if (!list.is_list()) throw std::invalid_argument("primitives: expected a list of objects, got another");
+            if (!list.is_list()) refuse({"primitives: expected a list of objects, got another"});
             count += list.size();
         });
     }
@@ -254,7 +256,7 @@ void Scene::check_nodes() {
     std::size_t primitives = 0;
     bool is_tree = true;
     const auto listed = [](std::string_view name, JsonValue list) {
-        if (list && !list.is_list()) throw std::invalid_argument(std::string(name) + ": expected a list, got " + list.brief());
+        if (list && !list.is_list()) refuse({name, ": expected a list, got ", list.brief()});
         return list.items();
     };
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -286,7 +288,7 @@ void Scene::check_nodes() {
     } else {
         roots_ = order;
     }
-    if (!is_tree) throw std::invalid_argument("expected nodes that form a tree, got one with two parents or inside itself");
+    if (!is_tree) refuse({"expected nodes that form a tree, got one with two parents or inside itself"});
     check_count("nodes", roots_.size());
     // Parents come before their children.
     for (std::size_t at = 0; at < order.size(); ++at) {
@@ -342,7 +344,7 @@ void Scene::note(JsonValue extensions) {
 
 void Scene::count(std::size_t items) {
     if (items > max_items - items_) {
-        throw std::invalid_argument("expected at most " + grouped(max_items) + " triangles and vertices in all its parts, got more");
+        refuse({"expected at most ", grouped(max_items), " triangles and vertices in all its parts, got more"});
     }
     items_ += items;
 }
@@ -353,7 +355,7 @@ void Scene::draw(const Drawn& drawn) {
     const JsonValue compressed = extensions["KHR_draco_mesh_compression"], attributes = drawn.primitive["attributes"];
     const auto is_missing = [&](JsonValue accessor) { return accessor && !data_.accessor(accessor).view && !data_.accessor(accessor).sparse; };
     if (compressed && (is_missing(attributes["POSITION"]) || is_missing(drawn.primitive["indices"]))) {
-        throw std::invalid_argument("expected plain vertices and indices, got KHR_draco_mesh_compression; export without compression");
+        refuse({"expected plain vertices and indices, got KHR_draco_mesh_compression; export without compression"});
     }
     const bool is_skinned = bool(data_.item("skins", node["skin"])) && attributes["JOINTS_0"] && attributes["WEIGHTS_0"];
     const std::vector<Rows> instances = instances_of(node);
@@ -395,7 +397,7 @@ std::vector<Rows> Scene::instances_of(JsonValue node) const {
         Numbers<double> numbers;
         if (attributes[name] && data_.accessor(attributes[name]).width == width) {
             Accessor accessor = data_.accessor(attributes[name]);
-            if (accessor.count > max_items) throw std::invalid_argument("EXT_mesh_gpu_instancing: expected fewer " + std::string(name));
+            if (accessor.count > max_items) refuse({"EXT_mesh_gpu_instancing: expected fewer ", name});
             return data_.numbers(accessor, width);
         }
         for (std::size_t i = 0; i < result.size(); ++i) {
@@ -465,7 +467,7 @@ void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stor
         if (weights[i] == 0 || !targets[i][name]) continue;
         const Accessor& accessor = data_.accessor(targets[i][name]);
         if (accessor.width != 3 || 3 * accessor.count != values.size()) {
-            throw std::invalid_argument("targets: expected a vector of type VEC3 for each vertex, got others");
+            refuse({"targets: expected a vector of type VEC3 for each vertex, got others"});
         }
         const Numbers<double> changes = data_.numbers(accessor, 3);
         for (std::size_t k = 0; k < values.size(); ++k) values[k] += weights[i] * changes[k];
@@ -483,7 +485,7 @@ void Scene::pose(Primitive& primitive, JsonValue stored, const Joints& joints) c
         if (!held || !weight) break;
         const Accessor &of_joints = data_.accessor(held), &of_weights = data_.accessor(weight);
         if (of_joints.count != count || of_weights.count != count || of_joints.width != 4 || of_weights.width != 4) {
-            throw std::invalid_argument("JOINTS: expected four joints and weights for each vertex, got others");
+            refuse({"JOINTS: expected four joints and weights for each vertex, got others"});
         }
         const Numbers<double> weights = data_.numbers(of_weights, 4, true);
         Accessor plain = of_joints;
@@ -521,11 +523,11 @@ const Joints& Scene::joints_of(JsonValue skin) {
     for (const JsonValue joint : stored["joints"].items()) {
         result.push_back(places_[static_cast<std::size_t>(integer("joints", joint, 0, static_cast<std::int64_t>(nodes_.size()) - 1))]);
     }
-    if (result.empty()) throw std::invalid_argument("joints: expected at least one, got none");
+    if (result.empty()) refuse({"joints: expected at least one, got none"});
     if (!matrices) return result;
     const Accessor& accessor = data_.accessor(matrices);
     if (accessor.width != 16 || accessor.count < result.size()) {
-        throw std::invalid_argument("inverseBindMatrices: expected a matrix of type MAT4 for each joint, got others");
+        refuse({"inverseBindMatrices: expected a matrix of type MAT4 for each joint, got others"});
     }
     count(accessor.count);
     const Numbers<double> m = data_.numbers(accessor, 16);
@@ -589,7 +591,7 @@ std::string_view name_at(Bytes bytes, std::size_t at) {
 }
 
 void expect_bytes(std::string_view says, std::uint64_t expected, std::uint64_t got) {
-    throw std::invalid_argument("expected " + grouped(expected) + " bytes, as " + std::string(says) + " says, got " + grouped(got));
+    refuse({"expected ", grouped(expected), " bytes, as ", says, " says, got ", grouped(got)});
 }
 
 }  // namespace
@@ -599,13 +601,13 @@ Contents read_gltf(Bytes bytes, Beside& beside) { return read(bytes, std::nullop
 Contents read_glb(Bytes bytes, Beside& beside) {
     constexpr std::size_t head = 12, chunk_head = 8;
     if (bytes.size() < head + chunk_head || name_at(bytes, 0) != "glTF") {
-        throw std::invalid_argument("expected a GLB, which starts with 'glTF', got " + quoted(name_at(bytes, 0)));
+        refuse({"expected a GLB, which starts with 'glTF', got ", quoted(name_at(bytes, 0))});
     }
     const std::uint32_t version = number_at(bytes, 4);
-    if (version != 2) throw std::invalid_argument("expected a GLB of version 2, got " + std::to_string(version));
+    if (version != 2) refuse({"expected a GLB of version 2, got ", std::to_string(version)});
     const std::uint64_t size = number_at(bytes, 8), start = head + chunk_head, end = start + number_at(bytes, head);
     if (size > bytes.size() || end > size) expect_bytes("its head", std::max(size, end), bytes.size());
-    if (name_at(bytes, 16) != "JSON") throw std::invalid_argument("expected a first chunk of JSON, got one of " + quoted(name_at(bytes, 16)));
+    if (name_at(bytes, 16) != "JSON") refuse({"expected a first chunk of JSON, got one of ", quoted(name_at(bytes, 16))});
     // A buffer without a name is the chunk after the JSON, if that is of this kind; chunks of other kinds do not matter.
     Bytes chunk;
     if (end + chunk_head <= size && name_at(bytes, end + 4) == std::string_view("BIN\0", 4)) {

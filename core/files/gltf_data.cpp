@@ -7,7 +7,6 @@
 #include <cstring>
 #include <limits>
 #include <set>
-#include <type_traits>
 
 #include "base/interruption.h"
 #include "files/text.h"
@@ -41,39 +40,55 @@ std::size_t size_of(int component) {
     }
 }
 
-/// Calls f with a value of the type.
-template <class F>
-void with_type(int component, F f) {
+template <class T>
+double value_at(const std::uint8_t* from) {
+    T value;
+    std::memcpy(&value, from, sizeof value);
+    return static_cast<double>(value);
+}
+
+double value_at(const std::uint8_t* from, int component) {
     switch (component) {
-        case 5120: return f(std::int8_t{});
-        case 5121: return f(std::uint8_t{});
-        case 5122: return f(std::int16_t{});
-        case 5123: return f(std::uint16_t{});
-        case 5125: return f(std::uint32_t{});
-        default: return f(float{});
+        case 5120: return value_at<std::int8_t>(from);
+        case 5121: return value_at<std::uint8_t>(from);
+        case 5122: return value_at<std::int16_t>(from);
+        case 5123: return value_at<std::uint16_t>(from);
+        case 5125: return value_at<std::uint32_t>(from);
+        default: return value_at<float>(from);
     }
+}
+
+/// The largest value of a type of integers; 1 of floats.
+double largest(int component) {
+    const bool is_signed = component == 5120 || component == 5122;
+    return component == 5126 ? 1 : std::ldexp(1.0, static_cast<int>(8 * size_of(component)) - is_signed) - 1;
 }
 
 std::size_t as_size(std::int64_t value) { return static_cast<std::size_t>(value); }
 
 }  // namespace
 
+void refuse(std::initializer_list<std::string_view> words) {
+    std::string line;
+    for (const std::string_view word : words) line += word;
+    throw std::invalid_argument(line);
+}
+
 std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high, std::optional<std::int64_t> otherwise) {
     if (!value && otherwise) return *otherwise;
     const std::optional<double> number = value.number();
     if (!number || *number != std::floor(*number) || std::isinf(*number)) {
-        throw std::invalid_argument(std::string(name) + ": expected an integer, got " + value.brief());
+        refuse({name, ": expected an integer, got ", value.brief()});
     }
     if (!(*number >= static_cast<double>(low) && *number <= static_cast<double>(high))) {
-        throw std::invalid_argument(std::string(name) + ": expected an integer in " + std::to_string(low) + ".." + std::to_string(high) +
-                                    ", got " + value.brief());
+        refuse({name, ": expected an integer in ", std::to_string(low), "..", std::to_string(high), ", got ", value.brief()});
     }
     return static_cast<std::int64_t>(*number);
 }
 
 void check_count(std::string_view name, std::size_t count) {
     if (count > max_instances) {
-        throw std::invalid_argument(std::string(name) + ": expected at most " + grouped(max_instances) + ", got " + grouped(count));
+        refuse({name, ": expected at most ", grouped(max_instances), ", got ", grouped(count)});
     }
 }
 
@@ -111,34 +126,43 @@ std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
     return result;
 }
 
-std::string path_of_uri(std::string_view uri) {
+namespace {
+
+/// The bytes of a text in which "%20" stands for a space.
+std::string unescaped(std::string_view text) {
     const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; };
     std::string result;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
-            result += static_cast<char>(16 * digit(uri[i + 1]) + digit(uri[i + 2]));
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 && digit(text[i + 2]) >= 0) {
+            result += static_cast<char>(16 * digit(text[i + 1]) + digit(text[i + 2]));
             i += 2;
         } else {
-            result += uri[i];
+            result += text[i];
         }
     }
-    return utf8(result);
+    return result;
 }
+
+}  // namespace
+
+std::string path_of_uri(std::string_view uri) { return utf8(unescaped(uri)); }
 
 std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri) {
     if (!uri.starts_with("data:")) return std::nullopt;
-    const std::size_t comma = uri.find(',');
-    auto data = from_base64(comma == std::string_view::npos ? std::string_view() : uri.substr(comma + 1));
-    if (!data) throw std::invalid_argument("expected data in base64, got something else");
+    const std::size_t comma = std::min(uri.find(','), uri.size());
+    const std::string content = unescaped(uri.substr(std::min(comma + 1, uri.size())));
+    if (!uri.substr(0, comma).ends_with(";base64")) return std::vector<std::uint8_t>(content.begin(), content.end());
+    auto data = from_base64(content);
+    if (!data) refuse({"expected data in base64, got something else"});
     return data;
 }
 
 GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : document_(text) {
     const JsonValue root = document_.root();
-    if (!root.is_object()) throw std::invalid_argument("expected a glTF, which is an object, got " + root.brief());
+    if (!root.is_object()) refuse({"expected a glTF, which is an object, got ", root.brief()});
     const JsonValue version = root["asset"]["version"];
     if (!version.text() || !version.text()->starts_with("2.")) {
-        throw std::invalid_argument("asset: expected version 2.0, got " + (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief()));
+        refuse({"asset: expected version 2.0, got ", (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief())});
     }
     // Before anything is made for each of them.
     check_count("nodes", root["nodes"].size());
@@ -146,7 +170,7 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
         const JsonValue list = root[name];
         std::vector<JsonValue> items = list.items();
         const bool are_objects = std::ranges::all_of(items, [](const JsonValue& item) { return item.is_object(); });
-        if (list && (!list.is_list() || !are_objects)) throw std::invalid_argument(std::string(name) + ": expected a list of objects, got another");
+        if (list && (!list.is_list() || !are_objects)) refuse({name, ": expected a list of objects, got another"});
         lists_.emplace_back(name, std::move(items));
     }
     for (const std::string_view name : other_lists) lists_.emplace_back(name, root[name].items());
@@ -158,12 +182,12 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
         if (!uri && (chunk || is_stand_in)) {
             buffers_.push_back(is_stand_in ? Bytes() : *chunk);
         } else if (!uri.text()) {
-            throw std::invalid_argument("buffers[" + std::to_string(i) + "]: expected a uri, got " + uri.brief());
+            refuse({"buffers[", std::to_string(i), "]: expected a uri, got ", uri.brief()});
         } else if (auto data = at_place("buffers", [&] { return data_of_uri(*uri.text()); })) {
             buffers_.push_back(decoded_.emplace_back(std::move(*data)));
         } else {
             const Beside::Answer* answer = beside.ask(path_of_uri(*uri.text()));
-            if (answer && !answer->error.empty()) throw std::invalid_argument(answer->error);
+            if (answer && !answer->error.empty()) refuse({answer->error});
             buffers_.push_back(answer ? Bytes(answer->bytes) : Bytes());
         }
     }
@@ -203,7 +227,7 @@ void GltfData::check_views() {
         for (const std::string_view name : compressions) {
             if (views[i]["extensions"][name]) view.compression = name;
         }
-        if (view.compression.empty()) throw std::invalid_argument("expected buffers that hold what the bufferViews say, got one that is shorter");
+        if (view.compression.empty()) refuse({"expected buffers that hold what the bufferViews say, got one that is shorter"});
     }
     accessors_.reserve(accessors.size());
     for (std::size_t i = 0; i < accessors.size(); ++i) accessors_.push_back(at_item("accessors", i, [&] { return checked(accessors[i]); }));
@@ -224,7 +248,7 @@ Accessor GltfData::checked(JsonValue json) const {
     result.component = number >= 5120 && number <= 5126 ? static_cast<int>(number) : 0;
     const std::size_t size = size_of(result.component);
     if (!result.width || !size || result.component != number) {
-        throw std::invalid_argument("expected a type such as VEC3 and a componentType such as 5126, got " + type.brief() + " and " + component.brief());
+        refuse({"expected a type such as VEC3 and a componentType such as 5126, got ", type.brief(), " and ", component.brief()});
     }
     result.count = as_size(std::min<std::int64_t>(integer("count", json["count"], 0, max_count), std::numeric_limits<std::ptrdiff_t>::max()));
     result.offset = as_size(integer("byteOffset", json["byteOffset"], 0, max_bytes, 0));
@@ -233,8 +257,7 @@ Accessor GltfData::checked(JsonValue json) const {
     const auto check_end = [&](std::size_t view, double offset, double count, double element, double stride) {
         const double end = offset + (count - 1) * stride + element, length = static_cast<double>(views_[view].length);
         if (count > 0 && end > length) {
-            throw std::invalid_argument("expected " + grouped(static_cast<std::uint64_t>(end)) + " bytes in its view, got " +
-                                        grouped(views_[view].length));
+            refuse({"expected ", grouped(static_cast<std::uint64_t>(end)), " bytes in its view, got ", grouped(views_[view].length)});
         }
     };
     const auto count = static_cast<double>(result.count), width = static_cast<double>(element);
@@ -247,7 +270,7 @@ Accessor GltfData::checked(JsonValue json) const {
             const double some = static_cast<double>(integer("count", sparse["count"], 0, static_cast<std::int64_t>(result.count)));
             const JsonValue indices = sparse["indices"], values = sparse["values"];
             const auto kind = integer("componentType", indices["componentType"], 5121, 5125);
-            if (kind == 5122 || kind == 5124) throw std::invalid_argument("componentType: expected unsigned integers, got " + std::to_string(kind));
+            if (kind == 5122 || kind == 5124) refuse({"componentType: expected unsigned integers, got ", std::to_string(kind)});
             const auto check = [&](JsonValue place, double bytes) {
                 const std::size_t view = as_size(integer("bufferView", place["bufferView"], 0, last_view));
                 check_end(view, static_cast<double>(integer("byteOffset", place["byteOffset"], 0, max_bytes, 0)), some, bytes, bytes);
@@ -274,7 +297,7 @@ std::size_t GltfData::size() const {
 }
 
 Bytes GltfData::view(JsonValue number) const {
-    if (!item("bufferViews", number)) throw std::invalid_argument("expected an image with a uri or a bufferView, got none");
+    if (!item("bufferViews", number)) refuse({"expected an image with a uri or a bufferView, got none"});
     return view(static_cast<std::size_t>(*number.number()));
 }
 
@@ -283,73 +306,56 @@ Bytes GltfData::view(std::size_t number) const {
     return view.compression.empty() ? buffers_[view.buffer].subspan(view.offset, view.length) : Bytes();
 }
 
-/// write(i, k, value) for the numbers k < width of elements i < count.
-template <class Write>
-void GltfData::each_at(std::size_t number, std::size_t offset, std::size_t stride, std::size_t count, int component, int width, Write write) const {
-    const Bytes bytes = view(number);
-    if (bytes.empty()) {
-        throw std::invalid_argument("expected plain vertices and indices, got " + std::string(views_[number].compression) + "; export without compression");
-    }
-    with_type(component, [&](auto zero) {
-        using T = decltype(zero);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (i % 65536 == 0) Interruption::check();
-            const std::uint8_t* const from = bytes.data() + offset + i * stride;
-            for (int k = 0; k < width; ++k) {
-                T value;
-                std::memcpy(&value, from + static_cast<std::size_t>(k) * sizeof value, sizeof value);
-                write(i, k, value);
-            }
+/// Copies the numbers of a block to rows of its width; to all rows in turn if there are none.
+void GltfData::copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const {
+    const Bytes bytes = view(block.view);
+    if (bytes.empty()) refuse({"expected plain vertices and indices, got ", views_[block.view].compression, "; export without compression"});
+    const std::size_t size = size_of(block.component), width = static_cast<std::size_t>(block.width);
+    const double unit = is_normalized ? largest(block.component) : 1, lowest = is_normalized ? -1 : -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < block.count; ++i) {
+        if (i % 65536 == 0) Interruption::check();
+        const std::uint8_t* from = bytes.data() + block.offset + i * block.stride;
+        double* const row = to.data() + width * (rows.empty() ? i : rows[i]);
+        if (block.component == 5126) {
+            for (std::size_t k = 0; k < width; ++k) row[k] = value_at<float>(from + k * size);
+        } else {
+            for (std::size_t k = 0; k < width; ++k) row[k] = std::max(value_at(from + k * size, block.component) / unit, lowest);
         }
-    });
-}
-
-/// write(i, k, value) for the first numbers of all elements that are stored, and again for those that sparse data replace.
-template <class Write>
-void GltfData::each(const Accessor& accessor, int width, Write write) const {
-    const std::size_t element = size_of(accessor.component) * static_cast<std::size_t>(accessor.width);
-    if (accessor.view && accessor.count) {
-        each_at(*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width, write);
     }
-    if (!accessor.sparse) return;
-    const auto number = [](JsonValue of, std::string_view name) { return as_size(integer(name, of[name], 0, max_bytes, 0)); };
-    const JsonValue indices = accessor.sparse["indices"], values = accessor.sparse["values"];
-    const std::size_t count = number(accessor.sparse, "count");
-    if (!count) return;
-    const int kind = static_cast<int>(number(indices, "componentType"));
-    std::vector<std::size_t> rows(count);
-    each_at(number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1, [&](std::size_t i, int, auto value) {
-        rows[i] = static_cast<std::size_t>(value);
-        if (rows[i] >= accessor.count) {
-            throw std::invalid_argument("sparse: expected indices below " + grouped(accessor.count) + ", got " + grouped(rows[i]));
-        }
-    });
-    each_at(number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width,
-            [&](std::size_t i, int k, auto value) { write(rows[i], k, value); });
 }
 
 Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool always) const {
-    const auto across = static_cast<std::size_t>(width);
+    const std::size_t across = static_cast<std::size_t>(width), element = size_of(accessor.component) * static_cast<std::size_t>(accessor.width);
+    const bool is_normalized = (always || accessor.normalized) && !accessor.is_float();
     Numbers<double> result(across * accessor.count);
     if (!accessor.view) std::ranges::fill(result, 0.0);
-    const bool is_normalized = always || accessor.normalized;
-    each(accessor, width, [&](std::size_t i, int k, auto value) {
-        using T = decltype(value);
-        auto number = static_cast<double>(value);
-        if constexpr (std::is_integral_v<T>) {
-            if (is_normalized) number = std::max(number / static_cast<double>(std::numeric_limits<T>::max()), -1.0);
-        }
-        result[across * i + static_cast<std::size_t>(k)] = number;
-    });
+    if (accessor.view && accessor.count) {
+        copy({*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width}, is_normalized, {}, result);
+    }
+    if (!accessor.sparse) return result;
+    const auto number = [](JsonValue of, std::string_view name) { return as_size(integer(name, of[name], 0, max_bytes, 0)); };
+    const JsonValue indices = accessor.sparse["indices"], values = accessor.sparse["values"];
+    const std::size_t count = number(accessor.sparse, "count");
+    if (!count) return result;
+    const int kind = static_cast<int>(number(indices, "componentType"));
+    Numbers<double> places(count);
+    copy({number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1}, false, {}, places);
+    std::vector<std::size_t> rows;
+    for (const double place : places) {
+        rows.push_back(static_cast<std::size_t>(place));
+        if (rows.back() >= accessor.count) refuse({"sparse: expected indices below ", grouped(accessor.count), ", got ", grouped(rows.back())});
+    }
+    copy({number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width}, is_normalized, rows, result);
     return result;
 }
 
 Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
-    Numbers<std::int32_t> result(accessor.count);
-    if (!accessor.view) std::ranges::fill(result, 0);
-    each(accessor, 1, [&](std::size_t i, int, auto value) {
-        const bool fits = static_cast<double>(value) >= 0 && static_cast<double>(value) <= std::numeric_limits<std::int32_t>::max();
-        result[i] = fits ? static_cast<std::int32_t>(value) : -1;
+    Accessor plain = accessor;
+    plain.normalized = false;
+    const Numbers<double> values = numbers(plain, 1);
+    Numbers<std::int32_t> result(values.size());
+    std::ranges::transform(values, result.begin(), [](double value) {
+        return value >= 0 && value <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(value) : -1;
     });
     return result;
 }

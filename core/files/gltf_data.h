@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,13 +17,16 @@
 
 namespace bob::files {
 
+/// Throws std::invalid_argument of these words.
+[[noreturn]] void refuse(std::initializer_list<std::string_view> words);
+
 /// Calls f(), whose std::invalid_argument then says where it happened.
 template <class F>
 auto at_place(std::string_view place, F f) -> decltype(f()) {
     try {
         return f();
     } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(std::string(place) + ": " + error.what());
+        refuse({place, ": ", error.what()});
     }
 }
 template <class F>
@@ -47,7 +52,7 @@ void check_count(std::string_view name, std::size_t count);
 /// The path that a URI names, in which "%20" stands for a space.
 [[nodiscard]] std::string path_of_uri(std::string_view uri);
 
-/// What "data:" URIs hold; nothing of other URIs. Throws std::invalid_argument if that is not base64.
+/// What a "data:" URI holds; nothing of another URI. Throws std::invalid_argument if its base64 is none.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri);
 
 /// An array of vectors, of which `width` numbers each are of interest.
@@ -96,10 +101,12 @@ public:
 private:
     void check_views();
     Accessor checked(JsonValue accessor) const;
-    template <class Write>
-    void each(const Accessor& accessor, int width, Write write) const;
-    template <class Write>
-    void each_at(std::size_t view, std::size_t offset, std::size_t stride, std::size_t count, int component, int width, Write write) const;
+    /// Elements that lie in a view.
+    struct Block {
+        std::size_t view, offset, stride, count;
+        int component, width;
+    };
+    void copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const;
     [[nodiscard]] std::size_t stride(std::size_t view, std::size_t element) const;
 
     JsonDocument document_;

@@ -189,7 +189,7 @@ int GltfSurfaces::added(JsonValue image, const std::string& label) {
         const auto [at, is_new] = embedded_.try_emplace({bytes.data(), bytes.size()}, static_cast<int>(contents_.images.size()));
         if (!is_new) return at->second;
         embedded_bytes_ += bytes.size();
-        if (embedded_bytes_ > data_.size()) throw std::invalid_argument("expected pictures that do not overlap, got others");
+        if (embedded_bytes_ > data_.size()) refuse({"expected pictures that do not overlap, got others"});
         made.bytes.assign(bytes.begin(), bytes.end());
     }
     contents_.images.push_back(std::move(made));

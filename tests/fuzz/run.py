@@ -304,10 +304,6 @@ def warm_up(ending: str) -> None:
                 read_assembly(ending.upper(), str(seed))
             os.dup2(before, 1)
             os.close(before)
-    elif ending in ("gltf", "glb", "off", "stl"):
-        import trimesh.exchange.gltf
-        import trimesh.exchange.off
-        import trimesh.exchange.stl  # noqa: F401
     import xml.etree.ElementTree  # noqa: F401
     import zipfile  # noqa: F401
 

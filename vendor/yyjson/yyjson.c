@@ -3545,7 +3545,7 @@ yyjson_doc *yyjson_read_opts(char *dat, usize len,
         }
     }
     if (likely(char_is_ctn(*cur))) {
-        if (char_is_space(cur[1]) && char_is_space(cur[2])) {
+        if (true) {
             doc = read_root_pretty(hdr, cur, eof, alc, flg, err);
         } else {
             doc = read_root_minify(hdr, cur, eof, alc, flg, err);
