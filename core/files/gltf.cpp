@@ -159,6 +159,8 @@ private:
         JsonValue primitive;
     };
 
+    using Weights = std::vector<std::pair<std::size_t, double>>;  // by the numbers of targets
+
     void check_extensions() const;
     void check_meshes() const;
     void check_nodes();
@@ -166,11 +168,11 @@ private:
     void note(JsonValue extensions);
     void count(std::size_t items);
     void draw(const Drawn& drawn);
-    [[nodiscard]] std::vector<double> weights_of(std::size_t node) const;
+    [[nodiscard]] const Weights& weights_of(std::size_t node);
     [[nodiscard]] std::size_t instance_count(JsonValue node) const;
     [[nodiscard]] std::vector<Rows> instances_of(JsonValue node) const;
-    [[nodiscard]] Primitive read(JsonValue stored, const std::vector<double>& weights);
-    void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const std::vector<double>& weights) const;
+    [[nodiscard]] Primitive read(JsonValue stored, const Weights& weights);
+    void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const;
     void pose(Primitive& primitive, JsonValue stored, const Joints& joints) const;
     [[nodiscard]] const Joints& joints_of(JsonValue skin);
     void add(Primitive primitive, const Rows& place);
@@ -185,6 +187,7 @@ private:
     std::vector<std::size_t> roots_;
     std::vector<Rows> places_;  // of nodes, in the axes of glTF
     std::vector<Drawn> drawn_;
+    std::map<std::pair<bool, std::size_t>, Weights> weights_;  // of nodes, and of meshes
     std::map<double, Joints> joints_;   // by the numbers of skins
     std::map<int, std::size_t> parts_;  // by surface
     std::size_t items_ = 0;
@@ -302,6 +305,7 @@ void Scene::check_nodes() {
 /// Finds the primitives of all nodes that are shown, and counts them: many can share one accessor.
 void Scene::find_drawn() {
     std::size_t placed = 0;
+    std::vector<bool> noted(meshes_.size());
     std::vector<std::size_t> left(roots_.rbegin(), roots_.rend());
     while (!left.empty()) {
         const std::size_t number = left.back();
@@ -312,17 +316,20 @@ void Scene::find_drawn() {
         for (std::size_t i = children.size(); i-- > 0;) left.push_back(index_of(children[i]));
         note(node["extensions"]);
         if (!mesh) continue;
-        note(mesh["extensions"]);
+        const std::size_t mesh_number = index_of(node["mesh"]);
+        const bool is_new = !noted[mesh_number];
+        noted[mesh_number] = true;
+        if (is_new) note(mesh["extensions"]);
         const std::size_t places = at_item("nodes", number, [&] { return instance_count(node); });
-        const std::vector<double> weights = weights_of(number);
-        const auto morphs = static_cast<std::size_t>(std::ranges::count_if(weights, [](double weight) { return weight != 0; }));
+        for (const auto& [name, accessor] : node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"].members()) count(data_.accessor(accessor).count);
+        const std::size_t morphs = weights_of(number).size();
         for (const JsonValue primitive : mesh["primitives"].items()) {
             const auto mode = integer("mode", primitive["mode"], points, triangle_fan, triangles);
             if (mode < triangles) {
                 not_shown_.insert(mode == points ? "points" : "lines");
                 continue;
             }
-            note(primitive["extensions"]);
+            if (is_new) note(primitive["extensions"]);
             placed += places;
             check_count("primitives", placed);
             const std::size_t vertices = data_.accessor(primitive["attributes"]["POSITION"]).count;
@@ -330,6 +337,7 @@ void Scene::find_drawn() {
             count(vertices);
             count(corners);
             const std::size_t items = vertices + (mode == triangles ? corners / 3 : corners);
+            if (morphs) count(primitive["targets"].size());
             for (std::size_t i = 0; i < places + morphs; ++i) count(items);
             if (places) drawn_.push_back({number, primitive});
         }
@@ -371,12 +379,17 @@ void Scene::draw(const Drawn& drawn) {
     add(std::move(primitive), product(z_up, product(place, instances.back())));
 }
 
-/// Weights of the mesh's morph targets: the node's, or else the mesh's.
-std::vector<double> Scene::weights_of(std::size_t node) const {
+/// Weights of the mesh's morph targets that are not 0: the node's, or else the mesh's.
+const Scene::Weights& Scene::weights_of(std::size_t node) {
     const JsonValue own = nodes_[node]["weights"];
-    std::vector<double> result;
-    for (const JsonValue weight : (own.is_list() ? own : mesh_of(node)["weights"]).items()) result.push_back(weight.number().value_or(0));
-    return result;
+    const auto [at, is_new] = weights_.try_emplace(own.is_list() ? std::pair{true, node} : std::pair{false, index_of(nodes_[node]["mesh"])});
+    if (!is_new) return at->second;
+    std::size_t target = 0;
+    for (const JsonValue weight : (own.is_list() ? own : mesh_of(node)["weights"]).items()) {
+        if (const double value = weight.number().value_or(0); value != 0) at->second.emplace_back(target, value);
+        ++target;
+    }
+    return at->second;
 }
 
 /// How often a node shows its mesh.
@@ -397,7 +410,6 @@ std::vector<Rows> Scene::instances_of(JsonValue node) const {
         Numbers<double> numbers;
         if (attributes[name] && data_.accessor(attributes[name]).width == width) {
             Accessor accessor = data_.accessor(attributes[name]);
-            if (accessor.count > max_items) refuse({"EXT_mesh_gpu_instancing: expected fewer ", name});
             return data_.numbers(accessor, width);
         }
         for (std::size_t i = 0; i < result.size(); ++i) {
@@ -413,7 +425,7 @@ std::vector<Rows> Scene::instances_of(JsonValue node) const {
     return result;
 }
 
-Primitive Scene::read(JsonValue stored, const std::vector<double>& weights) {
+Primitive Scene::read(JsonValue stored, const Weights& weights) {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = data_.accessor(attributes["POSITION"]).count;
     const auto found = [&](const std::string& name, int low, int high) -> const Accessor* {
@@ -461,16 +473,17 @@ Primitive Scene::read(JsonValue stored, const std::vector<double>& weights) {
 }
 
 /// Adds what the morph targets change.
-void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stored, const std::vector<double>& weights) const {
+void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const {
+    if (weights.empty()) return;
     const std::vector<JsonValue> targets = stored["targets"].items();
-    for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
-        if (weights[i] == 0 || !targets[i][name]) continue;
-        const Accessor& accessor = data_.accessor(targets[i][name]);
+    for (const auto& [target, weight] : weights) {
+        if (target >= targets.size() || !targets[target][name]) continue;
+        const Accessor& accessor = data_.accessor(targets[target][name]);
         if (accessor.width != 3 || 3 * accessor.count != values.size()) {
             refuse({"targets: expected a vector of type VEC3 for each vertex, got others"});
         }
         const Numbers<double> changes = data_.numbers(accessor, 3);
-        for (std::size_t k = 0; k < values.size(); ++k) values[k] += weights[i] * changes[k];
+        for (std::size_t k = 0; k < values.size(); ++k) values[k] += weight * changes[k];
     }
 }
 

@@ -29,7 +29,7 @@
 namespace bob::files {
 namespace {
 
-constexpr std::size_t longest_shown = 40;
+constexpr std::size_t longest_shown = 40, max_members = 256;
 
 yyjson_val* value_of(const void* value) { return static_cast<yyjson_val*>(const_cast<void*>(value)); }
 
@@ -69,6 +69,10 @@ bool JsonValue::is_object() const { return yyjson_is_obj(value_of(value_)); }
 bool JsonValue::is_list() const { return yyjson_is_arr(value_of(value_)); }
 
 JsonValue JsonValue::operator[](std::string_view name) const {
+    // They are searched one after the other, for many values that can share an object.
+    if (is_object() && size() > max_members) {
+        throw std::invalid_argument("expected objects of at most " + grouped(max_members) + " members, got " + grouped(size()));
+    }
     return JsonValue(yyjson_obj_getn(value_of(value_), name.data(), name.size()));
 }
 

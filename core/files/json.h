@@ -25,7 +25,7 @@ public:
     [[nodiscard]] bool is_object() const;
     [[nodiscard]] bool is_list() const;
 
-    /// The member of an object.
+    /// The member of an object. Throws std::invalid_argument if that has too many to search.
     [[nodiscard]] JsonValue operator[](std::string_view name) const;
     /// The items of a list.
     [[nodiscard]] std::vector<JsonValue> items() const;
