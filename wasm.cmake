@@ -24,7 +24,6 @@ set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 set(fast_sources
   core/base/bvh.cpp
   core/base/color.cpp
-  core/files/stl.cpp
   core/formula/graph.cpp
   core/formula/mesh_distance.cpp
   core/formula/tape.cpp

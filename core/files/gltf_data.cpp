@@ -9,7 +9,6 @@
 #include <set>
 
 #include "base/interruption.h"
-#include "files/text.h"
 
 namespace bob::files {
 namespace {
@@ -67,12 +66,6 @@ double largest(int component) {
 std::size_t as_size(std::int64_t value) { return static_cast<std::size_t>(value); }
 
 }  // namespace
-
-void refuse(std::initializer_list<std::string_view> words) {
-    std::string line;
-    for (const std::string_view word : words) line += word;
-    throw std::invalid_argument(line);
-}
 
 std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high, std::optional<std::int64_t> otherwise) {
     if (!value && otherwise) return *otherwise;

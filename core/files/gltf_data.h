@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <initializer_list>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -14,11 +13,9 @@
 
 #include "files/json.h"
 #include "files/part.h"
+#include "files/text.h"
 
 namespace bob::files {
-
-/// Throws std::invalid_argument of these words.
-[[noreturn]] void refuse(std::initializer_list<std::string_view> words);
 
 /// Calls f(), whose std::invalid_argument then says where it happened.
 template <class F>

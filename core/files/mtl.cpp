@@ -136,7 +136,7 @@ MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std
     for (const std::string& name : names) {
         const Beside::Answer& answer = *beside.ask(name);
         if (!answer.error.empty()) {
-            warnings.push_back("materials were left out: " + answer.error);
+            warnings.push_back(joined({"materials were left out: ", answer.error}));
             continue;
         }
         Statements of;

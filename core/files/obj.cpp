@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <unordered_map>
 
 #include "base/interruption.h"
@@ -75,7 +73,7 @@ std::int32_t index_of(std::string_view digits, std::size_t count) {
     std::uint64_t number = 0;
     const std::string_view own = digits.substr(is_signed ? 1 : 0);
     const bool is_whole = !own.empty() && std::ranges::all_of(own, [](char c) { return c >= '0' && c <= '9'; });
-    if (!is_whole) throw std::invalid_argument("expected corners of faces such as 3, 3/1 or 3//2, got " + quoted(digits));
+    if (!is_whole) refuse({"expected corners of faces such as 3, 3/1 or 3//2, got ", quoted(digits)});
     constexpr std::uint64_t most = std::uint64_t{1} << 31;
     for (const char c : own) number = std::min(10 * number + static_cast<std::uint64_t>(c - '0'), most);
     if (number == 0 || number >= most) return number == 0 ? -1 : digits[0] == '-' ? -1 : std::numeric_limits<std::int32_t>::max();

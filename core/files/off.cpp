@@ -1,7 +1,5 @@
 /// OFF as text, of all kinds: points with normals, colours and places on textures, polygons with colours.
-#include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "files/colors.h"
 #include "files/polygons.h"
@@ -33,7 +31,7 @@ Kind take_kind(std::string_view& text) {
     kind.is_homogeneous = take("4");
     kind.has_dimension = take("n");
     if (!take("OFF") || (!rest.empty() && !is_space(rest[0]) && rest[0] != '#' && !(rest[0] >= '0' && rest[0] <= '9'))) {
-        throw std::invalid_argument("expected an OFF, which starts with 'OFF', got " + quoted(text.substr(0, 8)));
+        refuse({"expected an OFF, which starts with 'OFF', got ", quoted(text.substr(0, 8))});
     }
     text = rest;
     return kind;
@@ -48,7 +46,7 @@ public:
     double next(const std::string& what) {
         std::string_view word;
         while ((word = words_.next()).empty()) {
-            if (!lines_.next()) throw std::invalid_argument("expected " + what + ", but the file ends before them");
+            if (!lines_.next()) refuse({"expected ", what, ", but the file ends before them"});
             words_ = Words(lines_.line().substr(0, lines_.line().find('#')));
         }
         return number_of(word);
@@ -105,12 +103,12 @@ Contents read_off(Bytes bytes, Beside&) {
         text = end == std::string_view::npos ? std::string_view() : trimmed(text.substr(end));
     }
     const Kind kind = take_kind(text);
-    if (is_word(trimmed(text).substr(0, 6), "binary")) throw std::invalid_argument("expected an OFF as text, got a binary one");
+    if (is_word(trimmed(text).substr(0, 6), "binary")) refuse({"expected an OFF as text, got a binary one"});
     Rows rows(text);
     const std::string of_counts = "counts of vertices and faces";
     if (kind.has_dimension) {
         if (rows.next(of_counts) != 3) {
-            throw std::invalid_argument("expected points of 3 dimensions, got others");
+            refuse({"expected points of 3 dimensions, got others"});
         }
     }
     const double vertices = rows.next(of_counts), faces = rows.next(of_counts);
@@ -118,7 +116,7 @@ Contents read_off(Bytes bytes, Beside&) {
     // A number takes at least a digit and a space.
     if (!(vertices >= 0 && faces >= 0 && 2 * (3 * vertices + faces) <= static_cast<double>(bytes.size()) + 1)) {
         const auto shown = [](double count) { return count >= 0 && count < 1e18 ? grouped(static_cast<std::uint64_t>(count)) : "others"; };
-        throw std::invalid_argument("expected counts of vertices and faces that the file can hold, got " + shown(vertices) + " and " + shown(faces));
+        refuse({"expected counts of vertices and faces that the file can hold, got ", shown(vertices), " and ", shown(faces)});
     }
     const auto vertex_count = static_cast<std::size_t>(vertices), face_count = static_cast<std::size_t>(faces);
 
@@ -145,7 +143,7 @@ Contents read_off(Bytes bytes, Beside&) {
     for (std::size_t i = 0; i < face_count; ++i) {
         const double size = rows.next(of_faces);
         if (!(size >= 0 && size <= static_cast<double>(bytes.size()))) {
-            throw std::invalid_argument("face " + grouped(i + 1) + ": expected a count of corners that the file can hold");
+            refuse({"face ", grouped(i + 1), ": expected a count of corners that the file can hold"});
         }
         polygon.clear();
         for (double corner = 0; corner < size; ++corner) polygon.push_back(index_of(rows.next(of_faces)));

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 #include "base/interruption.h"
 #include "files/colors.h"
@@ -112,7 +111,7 @@ std::int64_t integer_of(std::string_view word) {
     std::int64_t number = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
     const bool is_whole = !digits.empty() && digits[0] != '-' && digits.size() <= 18 && error == std::errc() && end == digits.data() + digits.size();
-    if (!is_whole) throw std::invalid_argument("expected a whole number, got " + quoted(word));
+    if (!is_whole) refuse({"expected a whole number, got ", quoted(word)});
     return word[0] == '-' ? -number : number;
 }
 
@@ -120,7 +119,7 @@ Type type_of(std::string_view word) {
     for (const TypeName& own : types) {
         if (own.name == word) return own.type;
     }
-    throw std::invalid_argument("expected a PLY type such as float or int, got " + utf8(word.substr(0, 40)));
+    refuse({"expected a PLY type such as float or int, got ", utf8(word.substr(0, 40))});
 }
 
 /// Where the line end_header is, and what comes behind it.
@@ -135,7 +134,7 @@ std::pair<std::size_t, std::size_t> end_of_header(std::string_view text) {
         if (end < text.size()) end += text[end] == '\r' && end + 1 < text.size() && text[end + 1] == '\n' ? 2 : 1;
         return {at, end};
     }
-    throw std::invalid_argument("expected a PLY header that ends in end_header, got none");
+    refuse({"expected a PLY header that ends in end_header, got none"});
 }
 
 /// A list takes at least its length; a number in a text at least a digit and a space, but for the last.
@@ -146,15 +145,15 @@ void check_size(const Header& header, std::size_t left) {
         std::size_t row = 0;
         for (const Property& own : element.properties) row += header.is_text ? 2 : size_of(own.length.value_or(own.type));
         smallest += static_cast<double>(element.rows) * static_cast<double>(row);
-        declared += (declared.empty() ? "" : ", ") + grouped(element.rows) + " " + utf8(element.name.substr(0, 40));
+        declared += joined({declared.empty() ? "" : ", ", grouped(element.rows), " ", utf8(element.name.substr(0, 40))});
     }
     if (smallest > static_cast<double>(left) + header.is_text) {
-        throw std::invalid_argument("expected " + declared + ", got only " + grouped(left) + " bytes to hold them");
+        refuse({"expected ", declared, ", got only ", grouped(left), " bytes to hold them"});
     }
 }
 
 Header read_header(std::string_view text) {
-    if (!text.starts_with("ply")) throw std::invalid_argument("expected a PLY, which starts with 'ply', got " + quoted(text.substr(0, 8)));
+    if (!text.starts_with("ply")) refuse({"expected a PLY, which starts with 'ply', got ", quoted(text.substr(0, 8))});
     const auto [stop, end] = end_of_header(text);
     Header header;
     header.end = end;
@@ -175,7 +174,7 @@ Header read_header(std::string_view text) {
             format = rest[0];
         } else if (word == "element" && count == 2) {
             const std::int64_t rows = integer_of(rest[1]);
-            if (rows < 0) throw std::invalid_argument("expected a count of rows, got " + quoted(rest[1]));
+            if (rows < 0) refuse({"expected a count of rows, got ", quoted(rest[1])});
             header.elements.push_back({rest[0], static_cast<std::uint64_t>(rows), {}});
         } else if (word == "property" && !header.elements.empty() && count == 4 && rest[0] == "list") {
             header.elements.back().properties.push_back({rest[3], type_of(rest[2]), type_of(rest[1])});
@@ -185,7 +184,7 @@ Header read_header(std::string_view text) {
     }
     header.is_text = format == "ascii", header.is_big = format == "binary_big_endian";
     if (!header.is_text && !header.is_big && format != "binary_little_endian") {
-        throw std::invalid_argument("expected a PLY of format ascii or binary, got " + (format.empty() ? "none" : utf8(format.substr(0, 40))));
+        refuse({"expected a PLY of format ascii or binary, got ", format.empty() ? "none" : utf8(format.substr(0, 40))});
     }
     std::erase_if(header.elements, [](const Element& element) { return element.properties.empty(); });
     check_size(header, text.size() - end);
@@ -207,20 +206,44 @@ T load(const std::uint8_t* bytes, bool is_big) {
     return with(type, [&](auto value) { return static_cast<double>(load<decltype(value)>(bytes, is_big)); });
 }
 
-/// Numbers one after the other, of a body that is binary.
-class Binary {
+/// Where a property of each row goes: a column of (rows, width), or a list's numbers.
+struct Target {
+    double* column = nullptr;
+    std::size_t width = 1;
+    Numbers<std::int32_t>* indices = nullptr;
+    Numbers<double>* values = nullptr;
+    Numbers<std::int32_t>* lengths = nullptr;  // of the list in each row
+};
+
+/// The numbers of a body, one after the other. All throw Ended where it ends too early.
+class Source {
+public:
+    virtual ~Source() = default;
+    virtual void begin_row() = 0;
+    virtual double number(Type type) = 0;
+    virtual double length(Type type) = 0;
+    virtual void skip(Type type, double count) = 0;
+    /// Reads rows in a quicker way as far as they go, and returns how many.
+    virtual std::uint64_t read_quickly(const Element&, std::span<const Target>) { return 0; }
+};
+
+class Binary final : public Source {
 public:
     Binary(Bytes bytes, bool is_big) : bytes_(bytes), is_big_(is_big) {}
 
-    [[nodiscard]] bool is_big() const { return is_big_; }
-    void begin_row() {}
-    double number(Type type) { return load(take(size_of(type)), type, is_big_); }
-    double length(Type type) { return number(type); }
-    void skip(Type type, double count) {
+    void begin_row() override {}
+    double number(Type type) override { return load(take(size_of(type)), type, is_big_); }
+    double length(Type type) override { return number(type); }
+    void skip(Type type, double count) override {
         if (count * static_cast<double>(size_of(type)) > static_cast<double>(bytes_.size())) throw Ended();
         take(static_cast<std::size_t>(count) * size_of(type));
     }
-    [[nodiscard]] Bytes rest() const { return bytes_; }
+    std::uint64_t read_quickly(const Element& element, std::span<const Target> targets) override {
+        const auto is_list = [](const Property& property) { return property.length.has_value(); };
+        return std::ranges::none_of(element.properties, is_list) ? read_columns(element, targets) : read_triangles(element, targets[0]);
+    }
+
+private:
     const std::uint8_t* take(std::size_t size) {
         if (size > bytes_.size()) throw Ended();
         const std::uint8_t* const at = bytes_.data();
@@ -228,26 +251,75 @@ public:
         return at;
     }
 
-private:
+    /// Rows that are all of one size.
+    std::uint64_t read_columns(const Element& element, std::span<const Target> targets) {
+        std::size_t stride = 0;
+        for (const Property& property : element.properties) stride += size_of(property.type);
+        if (element.rows > bytes_.size() / stride) throw Ended();
+        const auto rows = static_cast<std::size_t>(element.rows);
+        const std::uint8_t* at = take(rows * stride);
+        for (std::size_t i = 0; i < targets.size(); ++i) {
+            const Type type = element.properties[i].type;
+            const auto read = [&](auto number) {
+                const std::uint8_t* from = at;
+                double* to = targets[i].column;
+                for (std::size_t row = 0; row < rows; ++row, from += stride, to += targets[i].width) {
+                    if (row % 65536 == 0) Interruption::check();
+                    *to = number(from);
+                }
+            };
+            if (targets[i].column && type == Type::f4 && !is_big_) {  // nearly all files'
+                read([](const std::uint8_t* from) { return static_cast<double>(load<float>(from, false)); });
+            } else if (targets[i].column) {
+                read([&](const std::uint8_t* from) { return load(from, type, is_big_); });
+            }
+            at += size_of(type);
+        }
+        return element.rows;
+    }
+
+    /// Rows that have nothing but a list of three indices, in a fifth of the time.
+    std::uint64_t read_triangles(const Element& element, const Target& target) {
+        const Property& list = element.properties[0];
+        const bool is_plain = element.properties.size() == 1 && target.indices && list.length && size_of(*list.length) == 1 &&
+                              (list.type == Type::i4 || list.type == Type::u4);
+        if (!is_plain) return 0;
+        constexpr std::size_t size = 13;
+        const std::uint64_t most = std::min<std::uint64_t>(element.rows, bytes_.size() / size);
+        Numbers<std::int32_t>& indices = *target.indices;
+        const std::size_t start = indices.size();
+        indices.resize(start + 3 * static_cast<std::size_t>(most));
+        std::int32_t* to = indices.data() + start;
+        std::uint64_t row = 0;
+        for (; row < most && bytes_[0] == 3; ++row) {
+            if (row % 65536 == 0) Interruption::check();
+            const std::uint8_t* const at = take(size);
+            for (std::size_t k = 0; k < 3; ++k) *to++ = std::max(load<std::int32_t>(at + 1 + 4 * k, is_big_), -1);
+        }
+        indices.resize(start + 3 * static_cast<std::size_t>(row));
+        target.lengths->assign(static_cast<std::size_t>(row), 3);
+        return row;
+    }
+
     Bytes bytes_;
     bool is_big_;
 };
 
-/// The same of a text, which has a line for each row. A line may hold more; some writers do that.
-class Text {
+/// A text, which has a line for each row. A line may hold more; some writers do that.
+class Text final : public Source {
 public:
     explicit Text(std::string_view text) : lines_(text) {}
 
-    void begin_row() {
+    void begin_row() override {
         do {
             if (!lines_.next()) throw Ended();
             words_ = Words(lines_.line());
             word_ = words_.next();
         } while (word_.empty());
     }
-    double number(Type) { return number_of(take()); }
-    double length(Type) { return static_cast<double>(integer_of(take())); }
-    void skip(Type, double count) {
+    double number(Type) override { return number_of(take()); }
+    double length(Type) override { return static_cast<double>(integer_of(take())); }
+    void skip(Type, double count) override {
         for (double i = 0; i < count; ++i) static_cast<void>(number_of(take()));
     }
 
@@ -264,25 +336,15 @@ private:
     std::string_view word_;
 };
 
-/// Where a property of each row goes: a column of (rows, width), or a list's numbers.
-struct Target {
-    double* column = nullptr;
-    std::size_t width = 1;
-    Numbers<std::int32_t>* indices = nullptr;
-    Numbers<double>* values = nullptr;
-    Numbers<std::int32_t>* lengths = nullptr;  // of the list in each row
-};
-
 std::int32_t index_of(double number) {
     return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
 }
 
-template <class Source>
 void read_list(Source& source, const Property& property, const Target& target, std::size_t most) {
     const double length = source.length(*property.length);
     if (!(length >= 0 && length <= static_cast<double>(most) && length < 1u << 31)) {
         const std::string got = std::fabs(length) < 1e18 ? std::to_string(static_cast<std::int64_t>(length)) : "more";
-        throw std::invalid_argument("expected a list no longer than the file, got one of " + got);
+        refuse({"expected a list no longer than the file, got one of ", got});
     }
     const double count = std::floor(length);
     if (target.lengths) target.lengths->push_back(static_cast<std::int32_t>(count));
@@ -295,71 +357,10 @@ void read_list(Source& source, const Property& property, const Target& target, s
     }
 }
 
-/// Columns of rows that are all of one size.
-bool read_columns(Binary& source, const Element& element, std::span<const Target> targets) {
-    std::size_t stride = 0;
-    for (const Property& property : element.properties) {
-        if (property.length) return false;
-        stride += size_of(property.type);
-    }
-    if (element.rows > source.rest().size() / stride) throw Ended();
-    const auto rows = static_cast<std::size_t>(element.rows);
-    const std::uint8_t* at = source.take(rows * stride);
-    const bool is_big = source.is_big();
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-        const Type type = element.properties[i].type;
-        const auto read = [&](auto number) {
-            const std::uint8_t* from = at;
-            double* to = targets[i].column;
-            for (std::size_t row = 0; row < rows; ++row, from += stride, to += targets[i].width) {
-                if (row % 65536 == 0) Interruption::check();
-                *to = number(from);
-            }
-        };
-        if (targets[i].column && type == Type::f4 && !is_big) {  // nearly all files'
-            read([](const std::uint8_t* from) { return static_cast<double>(load<float>(from, false)); });
-        } else if (targets[i].column) {
-            read([&](const std::uint8_t* from) { return load(from, type, is_big); });
-        }
-        at += size_of(type);
-    }
-    return true;
-}
-
-bool read_columns(Text&, const Element&, std::span<const Target>) { return false; }
-
-/// Rows that have nothing but a list of three indices, as far as they go: as the others, in a fifth of the time. Returns how many.
-std::uint64_t read_triangles(Binary& source, const Element& element, const Target& target) {
-    const Property& list = element.properties[0];
-    const bool is_plain = element.properties.size() == 1 && target.indices && list.length && size_of(*list.length) == 1 &&
-                          (list.type == Type::i4 || list.type == Type::u4);
-    if (!is_plain) return 0;
-    constexpr std::size_t size = 13;
-    const std::uint64_t most = std::min<std::uint64_t>(element.rows, source.rest().size() / size);
-    const bool is_big = source.is_big();
-    Numbers<std::int32_t>& indices = *target.indices;
-    const std::size_t start = indices.size();
-    indices.resize(start + 3 * static_cast<std::size_t>(most));
-    std::int32_t* to = indices.data() + start;
-    std::uint64_t row = 0;
-    for (; row < most && source.rest()[0] == 3; ++row) {
-        if (row % 65536 == 0) Interruption::check();
-        const std::uint8_t* const at = source.take(size);
-        for (std::size_t k = 0; k < 3; ++k) *to++ = std::max(load<std::int32_t>(at + 1 + 4 * k, is_big), -1);
-    }
-    indices.resize(start + 3 * static_cast<std::size_t>(row));
-    target.lengths->assign(static_cast<std::size_t>(row), 3);
-    return row;
-}
-
-std::uint64_t read_triangles(Text&, const Element&, const Target&) { return 0; }
-
-template <class Source>
 void read_rows(Source& source, const Element& element, std::span<const Target> targets, std::size_t most, bool is_text) {
     std::uint64_t row = 0;
     try {
-        if (read_columns(source, element, targets)) return;
-        for (row = read_triangles(source, element, targets[0]); row < element.rows; ++row) {
+        for (row = source.read_quickly(element, targets); row < element.rows; ++row) {
             if (row % 4096 == 0) Interruption::check();
             source.begin_row();
             for (std::size_t i = 0; i < targets.size(); ++i) {
@@ -372,8 +373,8 @@ void read_rows(Source& source, const Element& element, std::span<const Target> t
             }
         }
     } catch (const Ended&) {
-        const std::string expected = "expected " + grouped(element.rows) + " " + utf8(element.name.substr(0, 40));
-        throw std::invalid_argument(expected + (is_text ? ", got " + grouped(row) + " and a bit" : ", but the file ends before them"));
+        const std::string got = is_text ? joined({"got ", grouped(row), " and a bit"}) : "but the file ends before them";
+        refuse({"expected ", grouped(element.rows), " ", utf8(element.name.substr(0, 40)), ", ", got});
     }
 }
 
@@ -421,6 +422,7 @@ public:
     /// Has scalars read to the columns of (rows, names), which is made for them.
     void columns(std::span<const std::string_view> names, Numbers<double>& to) {
         to.resize(names.size() * static_cast<std::size_t>(element_.rows));
+        if (to.empty()) return;
         for (std::size_t k = 0; k < names.size(); ++k) {
             Target& target = targets_[static_cast<std::size_t>(element_.scalar(names[k]) - element_.properties.data())];
             target.column = to.data() + k, target.width = names.size();
@@ -434,8 +436,7 @@ private:
     std::vector<Target> targets_;
 };
 
-template <class Source>
-Tables read_tables(const Header& header, Source source, std::size_t most) {
+Tables read_tables(const Header& header, Source& source, std::size_t most) {
     Tables tables;
     for (const Element& element : header.elements) {
         Rows rows(element);
@@ -446,6 +447,7 @@ Tables read_tables(const Header& header, Source source, std::size_t most) {
         if (!corners) corners = element.list("vertex_index");
         if (element.name == "vertex" && element.has(Names{"x", "y", "z"})) {
             tables.has_vertices = true;
+            for (Numbers<double>* own : {&tables.normals, &tables.colors, &tables.uv}) own->clear();  // of an element of the same name
             rows.columns(Names{"x", "y", "z"}, tables.vertices);
             if (element.has(Names{"nx", "ny", "nz"})) rows.columns(Names{"nx", "ny", "nz"}, tables.normals);
             for (const auto& names : uv_names) {
@@ -454,6 +456,9 @@ Tables read_tables(const Header& header, Source source, std::size_t most) {
             std::tie(colors, are_srgb) = color_names(element);
             colored = &tables.colors;
         } else if (element.name == "face" && corners) {
+            tables.faces = {};
+            for (Numbers<double>* own : {&tables.face_colors, &tables.corner_uv, &tables.numbers}) own->clear();
+            tables.corner_uv_sizes.clear();
             rows.list(*corners).indices = &tables.faces.corners, rows.list(*corners).lengths = &tables.faces.sizes;
             if (const Property* places = element.list("texcoord"); places && !header.textures.empty()) {
                 rows.list(*places).values = &tables.corner_uv, rows.list(*places).lengths = &tables.corner_uv_sizes;
@@ -462,6 +467,7 @@ Tables read_tables(const Header& header, Source source, std::size_t most) {
             std::tie(colors, are_srgb) = color_names(element);
             colored = &tables.face_colors;
         } else if (element.name == "tristrips" && corners) {
+            tables.strips.clear(), tables.strip_sizes.clear();
             rows.list(*corners).indices = &tables.strips, rows.list(*corners).lengths = &tables.strip_sizes;
         }
         if (colors) rows.columns(*colors, *colored);
@@ -499,10 +505,10 @@ Contents read_ply(Bytes bytes, Beside&) {
            header.elements.back().name != "tristrips") {
         header.elements.pop_back();
     }
-    const Bytes body = bytes.subspan(header.end);
-    Tables tables = header.is_text ? read_tables(header, Text(text.substr(header.end)), bytes.size())
-                                   : read_tables(header, Binary(body, header.is_big), bytes.size());
-    if (!tables.has_vertices) throw std::invalid_argument("expected a PLY with vertices x, y, z, got none");
+    Text lines(header.is_text ? text.substr(header.end) : std::string_view());
+    Binary binary(bytes.subspan(header.end), header.is_big);
+    Tables tables = read_tables(header, header.is_text ? static_cast<Source&>(lines) : binary, bytes.size());
+    if (!tables.has_vertices) refuse({"expected a PLY with vertices x, y, z, got none"});
 
     Contents contents;
     Part part;
@@ -514,7 +520,7 @@ Contents read_ply(Bytes bytes, Beside&) {
     } else if (fit(tables.corner_uv_sizes, faces) && !has_strips) {
         spread(part, faces, std::move(tables.corner_uv));
     } else if (!tables.corner_uv.empty()) {
-        contents.warnings.push_back("texture " + header.textures[0] + " was left out: expected two numbers in texcoord for each corner");
+        contents.warnings.push_back(joined({"texture ", header.textures[0], " was left out: expected two numbers in texcoord for each corner"}));
     }
     for (auto& uv : part.uv) {
         for (std::size_t i = 1; i < uv.size(); i += 2) uv[i] = 1 - uv[i];  // places are counted from the bottom up
@@ -545,7 +551,8 @@ Contents read_ply(Bytes bytes, Beside&) {
         part.surface = 0;
         contents.parts.push_back(std::move(part));
         for (std::size_t i = 1; i < contents.images.size(); ++i) {
-            contents.warnings.push_back("texture " + contents.images[i].name + " was left out: expected texnumber, which faces it is on, got none");
+            const std::string& name = contents.images[i].name;
+            contents.warnings.push_back(joined({"texture ", name, " was left out: expected texnumber, which faces it is on, got none"}));
         }
         contents.images.resize(1), contents.surfaces.resize(1);
         return contents;

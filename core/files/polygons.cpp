@@ -172,7 +172,7 @@ Numbers<std::int32_t> triangulated(Polygons&& polygons, const Numbers<double>& v
         }
         polygon += size;
     }
-    if (fans) warnings.push_back(grouped(fans) + " concave polygons were cut into fans: they have too many corners");
+    if (fans) warnings.push_back(joined({grouped(fans), " concave polygons were cut into fans: they have too many corners"}));
     return triangles;
 }
 

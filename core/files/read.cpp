@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <iterator>
-#include <stdexcept>
+
+#include "files/text.h"
 
 namespace bob::files {
 namespace {
@@ -18,7 +19,7 @@ Reader reader_of(std::string_view ending) {
     for (const Format& format : formats) {
         if (format.ending == ending) return format.reader;
     }
-    throw std::invalid_argument("format: expected one that the core reads, got " + std::string(ending));
+    refuse({"format: expected one that the core reads, got ", ending});
 }
 
 /// JSON, of which commas are written where they are due.

@@ -1,7 +1,5 @@
 /// STL, text and binary. Its normals, one for each face, are those of the triangles, and are left out.
 #include <bit>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -100,8 +98,8 @@ Part read_binary(Bytes bytes, std::size_t count) {
     return std::move(welding).part();
 }
 
-[[noreturn]] void refuse(std::string_view line) {
-    throw std::invalid_argument("expected facets of three vertices, each of three numbers, got " + quoted(trimmed(line)));
+[[noreturn]] void refuse_line(std::string_view line) {
+    refuse({"expected facets of three vertices, each of three numbers, got ", quoted(trimmed(line))});
 }
 
 double coordinate(std::string_view word, std::string_view line) {
@@ -109,7 +107,7 @@ double coordinate(std::string_view word, std::string_view line) {
         return number_of(word);
     } catch (const std::invalid_argument&) {
         if (word.find(',') != std::string_view::npos) throw;
-        refuse(line);
+        refuse_line(line);
     }
 }
 
@@ -125,26 +123,26 @@ std::vector<Part> read_text(std::string_view text) {
         Words words(lines.line());
         const std::string_view word = words.next();
         if (is_word(word, "vertex")) {
-            if (++corners < 1 || corners > 3) refuse(lines.line());
+            if (++corners < 1 || corners > 3) refuse_line(lines.line());
             double place[3];
             for (double& x : place) {
                 const std::string_view digits = words.next();
-                if (digits.empty()) refuse(lines.line());
+                if (digits.empty()) refuse_line(lines.line());
                 x = coordinate(digits, lines.line());
             }
-            if (!words.next().empty()) refuse(lines.line());
+            if (!words.next().empty()) refuse_line(lines.line());
             welding.add(place[0], place[1], place[2]);
         } else if (is_word(word, "facet")) {
-            if (corners >= 0) refuse(lines.line());
+            if (corners >= 0) refuse_line(lines.line());
             corners = 0;
         } else if (is_word(word, "endfacet")) {
-            if (corners != 3) refuse(lines.line());
+            if (corners != 3) refuse_line(lines.line());
             corners = -1;
         } else if (is_word(word, "endsolid")) {
             end_solid();
         }
     }
-    if (corners > 0) refuse("the end of the file");
+    if (corners > 0) refuse_line("the end of the file");
     end_solid();
     return parts;
 }
@@ -162,7 +160,7 @@ Contents read_stl(Bytes bytes, Beside&) {
     } else if (is_exact || (count > 0 && bytes.size() >= header && (bytes.size() - header) / facet >= count)) {
         contents.parts.push_back(read_binary(bytes, count));
     } else {
-        throw std::invalid_argument("expected an STL of 84 + 50 n bytes for n triangles, got " + grouped(bytes.size()) + " bytes");
+        refuse({"expected an STL of 84 + 50 n bytes for n triangles, got ", grouped(bytes.size()), " bytes"});
     }
     return contents;
 }

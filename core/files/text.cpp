@@ -1,23 +1,14 @@
 #include "files/text.h"
 
 #include <algorithm>
-#include <charconv>
-#include <limits>
 #include <stdexcept>
-#include <system_error>
+
+#include "files/decimal.h"
 
 namespace bob::files {
 namespace {
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
-
-/// A number that is too large or too small for a double.
-double beyond(std::string_view digits) {
-    const std::size_t exponent = digits.find_first_of("eE");
-    const bool is_small = exponent == std::string_view::npos ? digits.find('.') < 2 : digits.substr(exponent).find('-') != std::string_view::npos;
-    const double size = is_small ? 0 : std::numeric_limits<double>::infinity();
-    return digits.front() == '-' ? -size : size;
-}
 
 /// The length of the code point in UTF-8 at the start of a text; 0 if there is none.
 std::size_t code_point(std::string_view text) {
@@ -77,19 +68,19 @@ std::string grouped(std::uint64_t number) {
     return digits;
 }
 
+std::string joined(std::initializer_list<std::string_view> texts) {
+    std::string result;
+    for (const std::string_view text : texts) result += text;
+    return result;
+}
+
+void refuse(std::initializer_list<std::string_view> texts) { throw std::invalid_argument(joined(texts)); }
+
 double number_of(std::string_view word) {
-    std::string_view digits = word;
-    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
-    double result = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), result);
-    if (!digits.empty() && end == digits.data() + digits.size()) {
-        if (error == std::errc()) return result;
-        if (error == std::errc::result_out_of_range) return beyond(digits);
-    }
-    if (word.find(',') != std::string_view::npos && word.find_first_of("0123456789") != std::string_view::npos) {
-        throw std::invalid_argument("expected numbers with decimal points, got " + quoted(word) + "; replace decimal commas");
-    }
-    throw std::invalid_argument("expected numbers, got others (" + quoted(word) + ")");
+    if (const auto number = decimal(word)) return *number;
+    const bool has_comma = word.find(',') != std::string_view::npos && word.find_first_of("0123456789") != std::string_view::npos;
+    if (has_comma) refuse({"expected numbers with decimal points, got ", quoted(word), "; replace decimal commas"});
+    refuse({"expected numbers, got others (", quoted(word), ")"});
 }
 
 std::string_view text_of(Bytes bytes) {

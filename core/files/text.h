@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -29,6 +30,12 @@ namespace bob::files {
 
 /// A whole number with commas between its thousands, for messages.
 [[nodiscard]] std::string grouped(std::uint64_t number);
+
+/// Texts as one. Small: messages are put together in many places.
+[[nodiscard]] std::string joined(std::initializer_list<std::string_view> texts);
+
+/// Throws std::invalid_argument with a message of texts.
+[[noreturn]] void refuse(std::initializer_list<std::string_view> texts);
 
 /// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument if the word is none, and says so
 /// if it has a decimal comma.

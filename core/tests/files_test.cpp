@@ -1,0 +1,136 @@
+#include "files/read.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "check.h"
+#include "files/polygons.h"
+
+namespace {
+
+using bob::files::Contents;
+using bob::files::Numbers;
+
+Contents read(std::string_view format, std::string_view text, std::string_view beside = "") {
+    const auto bytes = [](std::string_view own) { return bob::files::Bytes(reinterpret_cast<const std::uint8_t*>(own.data()), own.size()); };
+    bob::files::Reading reading(format, bytes(text));
+    while (!reading.go_on().empty()) {
+        if (beside.empty()) {
+            reading.refuse("none");
+        } else {
+            reading.give(bytes(beside));
+        }
+    }
+    return std::move(reading.contents());
+}
+
+/// Of triangles in the plane z = 0, with the sign of their turns.
+std::array<double, 2> areas(const Numbers<double>& vertices, const Numbers<std::int32_t>& triangles) {
+    std::array<double, 2> areas{};
+    for (std::size_t i = 0; i < triangles.size(); i += 3) {
+        const double* corner[3];
+        for (std::size_t k = 0; k < 3; ++k) corner[k] = &vertices[3 * static_cast<std::size_t>(triangles[i + k])];
+        const auto [a, b, c] = std::array{corner[0], corner[1], corner[2]};
+        const double area = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+        areas[0] += area, areas[1] += std::fabs(area);
+    }
+    return areas;
+}
+
+/// A polygon of random radii around the origin, turned so that it starts at any corner.
+Numbers<double> star(int count, test::Random& random) {
+    Numbers<double> vertices;
+    const double start = 6 * random();
+    for (int i = 0; i < count; ++i) {
+        const double angle = start + 2 * std::numbers::pi * i / count, radius = 0.05 + random();
+        vertices.insert(vertices.end(), {radius * std::cos(angle), radius * std::sin(angle), 0});
+    }
+    return vertices;
+}
+
+double shoelace(const Numbers<double>& vertices) {
+    double sum = 0;
+    for (std::size_t i = 0; i < vertices.size(); i += 3) {
+        const std::size_t j = (i + 3) % vertices.size();
+        sum += vertices[i] * vertices[j + 1] - vertices[j] * vertices[i + 1];
+    }
+    return sum / 2;
+}
+
+}  // namespace
+
+TEST(concave_polygons_become_triangles_of_their_area) {
+    test::Random random(7);
+    for (int count = 4; count < 120; ++count) {
+        const Numbers<double> vertices = star(count, random);
+        bob::files::Polygons polygons;
+        std::vector<std::int32_t> corners(static_cast<std::size_t>(count));
+        for (int i = 0; i < count; ++i) corners[static_cast<std::size_t>(i)] = i;
+        polygons.add(corners);
+        std::vector<std::string> warnings;
+        const auto triangles = bob::files::triangulated(std::move(polygons), vertices, {}, warnings);
+        CHECK(triangles.size() == 3 * static_cast<std::size_t>(count - 2));
+        const auto [area, covered] = areas(vertices, triangles);
+        CHECK_NEAR(area, shoelace(vertices), 1e-9);
+        CHECK_NEAR(covered, shoelace(vertices), 1e-5);  // a fan may be turned over by `fold`
+        CHECK(warnings.empty());
+    }
+}
+
+TEST(polygons_of_very_many_corners_take_bounded_time) {
+    Numbers<double> vertices;  // a comb, in which half of the corners are concave
+    constexpr int teeth = 60'000;
+    for (int i = 0; i < teeth; ++i) vertices.insert(vertices.end(), {double(i), i % 2 ? 1. : 2., 0});
+    for (int i = teeth; i-- > 0;) vertices.insert(vertices.end(), {double(i), i % 2 ? 0.9 : 1.9, 0});
+    bob::files::Polygons polygons;
+    std::vector<std::int32_t> corners(vertices.size() / 3);
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::int32_t>(i);
+    polygons.add(corners);
+    std::vector<std::string> warnings;
+    CHECK(bob::files::triangulated(std::move(polygons), vertices, {}, warnings).size() == 3 * (corners.size() - 2));
+    CHECK(warnings == std::vector<std::string>{"1 concave polygons were cut into fans: they have too many corners"});
+}
+
+TEST(off_has_numbers_of_every_kind) {
+    const Contents contents = read("off", "STCN4nOFF 3\n# all of it\n3 1 0\n2 0 0 2  1 0 0  230 25 25  .5 .5\n0 2 0 2 1 0 0 0 0 0 0 0\n"
+                                          "0 0 2 2 1 0 0 0 0 0 0 0\n3 0 1 2\n");
+    const bob::files::Part& part = contents.parts.at(0);
+    CHECK(part.vertices == (Numbers<double>{1, 0, 0, 0, 1, 0, 0, 0, 1}));
+    CHECK(part.normals == (Numbers<double>{1, 0, 0, 1, 0, 0, 1, 0, 0}));
+    CHECK_NEAR(part.colors.at(0), 0.7913, 1e-4);
+    CHECK(part.triangles == (Numbers<std::int32_t>{0, 1, 2}));
+    const Contents faces = read("off", "OFF3 2\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1 0 0\n3 2 1 0\n");
+    CHECK(faces.parts.at(0).face_colors.at(0) == 1);
+    CHECK(std::isnan(faces.parts.at(0).face_colors.at(3)));
+}
+
+TEST(ply_colors_of_16_bits_and_of_bytes_in_wide_types) {
+    const auto first_red = [](std::string_view type, std::string_view value) {
+        std::string text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+        for (const char* name : {"red", "green", "blue"}) text += "property " + std::string(type) + " " + name + "\n";
+        return read("ply", text + "end_header\n0 0 0 " + std::string(value) + " 0 0\n").parts.at(0).colors.at(0);
+    };
+    CHECK_NEAR(first_red("ushort", "65535"), 1, 1e-12);
+    CHECK_NEAR(first_red("ushort", "255"), 1, 1e-12);
+    CHECK_NEAR(first_red("int", "255"), 1, 1e-12);
+    CHECK_NEAR(first_red("double", "1"), 1, 1e-12);
+    CHECK_NEAR(first_red("float", "255"), 1, 1e-12);
+    CHECK_NEAR(first_red("uchar", "1"), 1 / 255. / 12.92, 1e-12);
+}
+
+TEST(maps_of_mtl_have_options_and_any_names) {
+    const char* const obj = "mtllib \"a b.mtl\"\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5 .25\nusemtl m\nf 1/1 2/1 3/1\n";
+    const Contents contents = read("obj", obj, "\xef\xbb\xbfnewmtl m\rmap_Kd -clamp on -s 2 4 1 -o .1 -bm 3 \"my #1 wood.png\"\r");
+    CHECK(contents.images.at(0).name == "my #1 wood.png");
+    CHECK(contents.surfaces.at(0).color.across == bob::Wrap::clamp);
+    CHECK_NEAR(contents.parts.at(0).uv.at(0).at(0), 1.1, 1e-12);
+    CHECK_NEAR(contents.parts.at(0).uv.at(0).at(1), 0, 1e-12);  // 1 - (4 · 0.25 + 0)
+    CHECK(read("obj", obj).warnings == std::vector<std::string>{"materials were left out: none"});
+}
+
+TEST(names_are_utf_8_whatever_they_were) {
+    const Contents contents = read("obj", "mtllib a\nusemtl \xe4\xf0\x9f\x90\x87\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "newmtl \xe4\xf0\x9f\x90\x87\n");
+    CHECK(bob::files::description(contents).find(R"("name":"\ufffd\ud83d\udc07")") != std::string::npos);
+}
