@@ -108,7 +108,7 @@ class Pictures(dict[bytes, Picture | InputError]):
         key = hashlib.sha256(data).digest()
         if key not in self.means:
             with _opened(data) as image:
-                image.draft("RGB", [max(size // 8, 1) for size in image.size])  # what a JPEG does at little cost
+                image.draft("RGB", (max(image.width // 8, 1), max(image.height // 8, 1)))  # which a JPEG does quickly
                 texels = _texels(image)
             red, green, blue = texels.reshape(-1, 3).mean(axis=0) / 255
             self.means[key] = float(red), float(green), float(blue)
