@@ -24,6 +24,8 @@ set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 set(fast_sources
   core/base/bvh.cpp
   core/base/color.cpp
+  core/files/binary.cpp
+  core/files/welding.cpp
   core/formula/graph.cpp
   core/formula/mesh_distance.cpp
   core/formula/tape.cpp

@@ -47,8 +47,9 @@ public:
     }
     /// Shifts to the left by whole limbs, before anything else.
     void shift(std::size_t limbs) {
-        std::copy_backward(limbs_.begin(), limbs_.begin() + static_cast<std::ptrdiff_t>(size_), limbs_.begin() + static_cast<std::ptrdiff_t>(size_ + limbs));
-        std::fill_n(limbs_.begin(), limbs, 0u);
+        std::uint32_t* const begin = limbs_.data();
+        std::copy_backward(begin, begin + size_, begin + size_ + limbs);
+        std::fill_n(begin, limbs, 0u);
         size_ += limbs;
     }
     /// Returns whether there is a remainder.

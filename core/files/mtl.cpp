@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "files/colors.h"
@@ -126,9 +127,10 @@ std::vector<std::string> libraries(const std::string& line, Beside& beside) {
 
 MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std::vector<std::string>& warnings) {
     std::vector<std::string> names;
+    std::set<std::string> known;
     for (const std::string& line : lines) {
         for (std::string& name : libraries(line, beside)) {
-            if (std::ranges::find(names, name) == names.end()) names.push_back(std::move(name));
+            if (known.insert(name).second) names.push_back(std::move(name));
         }
     }
     MtlMaterials materials;

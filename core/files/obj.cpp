@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 
 #include "base/interruption.h"
@@ -90,7 +91,7 @@ public:
             Words words(line);
             const std::string_view word = words.next();
             if (word == "usemtl" && has_materials_) {
-                use(trimmed(words.rest()));
+                used_ = trimmed(words.rest());
                 continue;
             }
             if (word != "v" && word != "vn" && word != "vt" && word != "f") continue;
@@ -156,17 +157,23 @@ public:
     }
 
 private:
-    void use(std::string_view name) {
-        std::string own = utf8(name);
-        const auto [found, is_new] = numbers_.try_emplace(own, static_cast<std::int32_t>(names_.size()));
-        if (is_new) names_.push_back(std::move(own));
-        material_ = found->second;
+    /// The number of the material in use, of those that faces have.
+    std::int32_t material() {
+        if (used_) {
+            std::string own = utf8(*used_);
+            const auto [found, is_new] = numbers_.try_emplace(own, static_cast<std::int32_t>(names_.size()));
+            if (is_new) names_.push_back(std::move(own));
+            material_ = found->second;
+            used_.reset();
+        }
+        return material_;
     }
 
     static void add_vector(Words& words, Numbers<double>& to, int width) {
         std::array<std::string_view, 3> own;
         for (int k = 0; k < width; ++k) own[static_cast<std::size_t>(k)] = words.next();
-        for (int k = 0; k < width; ++k) to.push_back(own[static_cast<std::size_t>(width - 1)].empty() ? nan : number_of(own[static_cast<std::size_t>(k)]));
+        const bool is_whole = !own[static_cast<std::size_t>(width - 1)].empty();
+        for (int k = 0; k < width; ++k) to.push_back(is_whole ? number_of(own[static_cast<std::size_t>(k)]) : nan);
     }
 
     /// A point, and the three numbers behind it if there are so many: its colour, in sRGB.
@@ -202,7 +209,7 @@ private:
             polygon_.push_back(vertices_.add(corner));
         }
         polygons_.add(polygon_);
-        if (has_materials_) materials_.push_back(material_);
+        if (has_materials_) materials_.push_back(material());
     }
 
     /// The surface of a part, whose places on it are moved as the map says.
@@ -245,6 +252,7 @@ private:
     std::vector<std::string> names_{""};  // of materials, in the order in which faces have them
     std::unordered_map<std::string, std::int32_t> numbers_{{"", 0}};
     std::int32_t material_ = 0;
+    std::optional<std::string_view> used_;  // the name of another one, until a face has it
 };
 
 /// What follows each mtllib.

@@ -4,8 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -107,29 +111,25 @@ public:
     const Answer* ask(std::string_view name) {
         static const Answer none{{}, "expected the name of a file, got none"};
         if (name.empty()) return &none;
-        for (const auto& [known, answer] : answers_) {
-            if (known == name) return &answer;
-        }
-        for (const std::string& wanted : wanted_) {
-            if (wanted == name) return nullptr;
-        }
-        wanted_.emplace_back(name);
-        return nullptr;
+        const auto [found, is_new] = answers_.try_emplace(std::string(name));
+        if (is_new) wanted_.push_back(&*found);
+        return found->second ? &*found->second : nullptr;
     }
 
     /// Whether a reader has to return.
     [[nodiscard]] bool is_waiting() const { return !wanted_.empty(); }
-    [[nodiscard]] const std::vector<std::string>& wanted() const { return wanted_; }
-
-    /// Answers for the first wanted file.
+    /// The file to answer for first, while there is one.
+    [[nodiscard]] const std::string& wanted() const { return wanted_.front()->first; }
     void answer(Answer answer) {
-        answers_.emplace_back(std::move(wanted_.front()), std::move(answer));
-        wanted_.erase(wanted_.begin());
+        wanted_.front()->second = std::move(answer);
+        wanted_.pop_front();
     }
 
 private:
-    std::vector<std::string> wanted_;
-    std::vector<std::pair<std::string, Answer>> answers_;
+    using Answers = std::map<std::string, std::optional<Answer>, std::less<>>;
+
+    Answers answers_;
+    std::deque<Answers::value_type*> wanted_;
 };
 
 }  // namespace bob::files

@@ -1,14 +1,13 @@
 /// PLY, text and binary: vertices, their normals, polygons and triangle strips, their colours and textures.
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <limits>
 #include <optional>
 
 #include "base/interruption.h"
+#include "files/binary.h"
 #include "files/colors.h"
 #include "files/polygons.h"
 #include "files/read.h"
@@ -193,16 +192,8 @@ Header read_header(std::string_view text) {
 
 // ---- Rows ------------------------------------------------------------------------------------------------
 
-template <class T>
-T load(const std::uint8_t* bytes, bool is_big) {
-    std::array<std::uint8_t, sizeof(T)> own;
-    std::memcpy(own.data(), bytes, sizeof(T));
-    if (is_big != (std::endian::native == std::endian::big)) std::ranges::reverse(own);
-    return std::bit_cast<T>(own);
-}
-
 /// Not inlined: the code for all types takes more room than time.
-[[gnu::noinline]] double load(const std::uint8_t* bytes, Type type, bool is_big) {
+[[gnu::noinline]] double number_at(const std::uint8_t* bytes, Type type, bool is_big) {
     return with(type, [&](auto value) { return static_cast<double>(load<decltype(value)>(bytes, is_big)); });
 }
 
@@ -232,7 +223,7 @@ public:
     Binary(Bytes bytes, bool is_big) : bytes_(bytes), is_big_(is_big) {}
 
     void begin_row() override {}
-    double number(Type type) override { return load(take(size_of(type)), type, is_big_); }
+    double number(Type type) override { return number_at(take(size_of(type)), type, is_big_); }
     double length(Type type) override { return number(type); }
     void skip(Type type, double count) override {
         if (count * static_cast<double>(size_of(type)) > static_cast<double>(bytes_.size())) throw Ended();
@@ -260,18 +251,14 @@ private:
         const std::uint8_t* at = take(rows * stride);
         for (std::size_t i = 0; i < targets.size(); ++i) {
             const Type type = element.properties[i].type;
-            const auto read = [&](auto number) {
+            if (double* to = targets[i].column; to && type == Type::f4 && !is_big_) {  // nearly all files'
+                read_floats(at, stride, rows, to, targets[i].width);
+            } else if (to) {
                 const std::uint8_t* from = at;
-                double* to = targets[i].column;
                 for (std::size_t row = 0; row < rows; ++row, from += stride, to += targets[i].width) {
                     if (row % 65536 == 0) Interruption::check();
-                    *to = number(from);
+                    *to = number_at(from, type, is_big_);
                 }
-            };
-            if (targets[i].column && type == Type::f4 && !is_big_) {  // nearly all files'
-                read([](const std::uint8_t* from) { return static_cast<double>(load<float>(from, false)); });
-            } else if (targets[i].column) {
-                read([&](const std::uint8_t* from) { return load(from, type, is_big_); });
             }
             at += size_of(type);
         }
@@ -285,20 +272,15 @@ private:
                               (list.type == Type::i4 || list.type == Type::u4);
         if (!is_plain) return 0;
         constexpr std::size_t size = 13;
-        const std::uint64_t most = std::min<std::uint64_t>(element.rows, bytes_.size() / size);
+        const auto most = static_cast<std::size_t>(std::min<std::uint64_t>(element.rows, bytes_.size() / size));
         Numbers<std::int32_t>& indices = *target.indices;
         const std::size_t start = indices.size();
-        indices.resize(start + 3 * static_cast<std::size_t>(most));
-        std::int32_t* to = indices.data() + start;
-        std::uint64_t row = 0;
-        for (; row < most && bytes_[0] == 3; ++row) {
-            if (row % 65536 == 0) Interruption::check();
-            const std::uint8_t* const at = take(size);
-            for (std::size_t k = 0; k < 3; ++k) *to++ = std::max(load<std::int32_t>(at + 1 + 4 * k, is_big_), -1);
-        }
-        indices.resize(start + 3 * static_cast<std::size_t>(row));
-        target.lengths->assign(static_cast<std::size_t>(row), 3);
-        return row;
+        indices.resize(start + 3 * most);
+        const std::size_t rows = read_triples(bytes_, most, is_big_, indices.data() + start);
+        take(size * rows);
+        indices.resize(start + 3 * rows);
+        if (rows < element.rows) target.lengths->assign(rows, 3);  // else none, as of triangles alone
+        return rows;
     }
 
     Bytes bytes_;
@@ -550,9 +532,10 @@ Contents read_ply(Bytes bytes, Beside&) {
     if (numbers.empty()) {
         part.surface = 0;
         contents.parts.push_back(std::move(part));
-        for (std::size_t i = 1; i < contents.images.size(); ++i) {
-            const std::string& name = contents.images[i].name;
-            contents.warnings.push_back(joined({"texture ", name, " was left out: expected texnumber, which faces it is on, got none"}));
+        if (const std::size_t others = contents.images.size() - 1) {
+            const std::string further = others > 1 ? joined({" and ", grouped(others - 1), " more were"}) : " was";
+            contents.warnings.push_back(
+                joined({"texture ", contents.images[1].name, further, " left out: expected texnumber of faces, got none"}));
         }
         contents.images.resize(1), contents.surfaces.resize(1);
         return contents;

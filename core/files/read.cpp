@@ -118,7 +118,7 @@ Reading::Reading(std::string_view format, Bytes bytes) : reader_(reader_of(forma
 
 std::string Reading::go_on() {
     if (!beside_.is_waiting()) contents_ = reader_(bytes_, beside_);
-    return beside_.is_waiting() ? beside_.wanted().front() : std::string();
+    return beside_.is_waiting() ? beside_.wanted() : std::string();
 }
 
 std::string description(const Contents& contents) {

@@ -63,7 +63,7 @@ std::vector<Part> split(const Part& whole, std::span<const std::int32_t> groups,
         if (!whole.alphas.empty()) part.alphas = picked(whole.alphas, 1, used);
         for (const auto& uv : whole.uv) part.uv.push_back(picked(uv, 2, used));
         for (const std::size_t t : own) {
-            if (!whole.face_colors.empty()) part.face_colors.insert(part.face_colors.end(), &whole.face_colors[3 * t], &whole.face_colors[3 * t] + 3);
+            for (std::size_t k = 0; k < 3 && !whole.face_colors.empty(); ++k) part.face_colors.push_back(whole.face_colors[3 * t + k]);
         }
     }
     return parts;

@@ -1,78 +1,16 @@
 /// STL, text and binary. Its normals, one for each face, are those of the triangles, and are left out.
-#include <bit>
-#include <limits>
 #include <stdexcept>
 
 #include "base/interruption.h"
+#include "files/binary.h"
 #include "files/read.h"
 #include "files/text.h"
+#include "files/welding.h"
 
 namespace bob::files {
 namespace {
 
-constexpr std::size_t header = 84, facet = 50, normal = 12;  // bytes
-
-/// Joins vertices in the same place, which STL repeats for every triangle, in the order in which they come first.
-template <class T>
-class Welding {
-public:
-    explicit Welding(std::size_t corners) : slots_(std::bit_ceil(corners / 2 + 16), -1) { part_.triangles.reserve(corners); }
-
-    void add(T x, T y, T z) {
-        const T place[] = {x + 0, y + 0, z + 0};  // of -0 and 0, one
-        if (4 * (part_.vertices.size() / 3 + 1) > 3 * slots_.size()) grow();
-        std::int32_t& slot = find(place);
-        if (slot < 0) {
-            if (part_.vertices.size() / 3 >= std::numeric_limits<std::int32_t>::max()) throw std::bad_alloc();
-            slot = static_cast<std::int32_t>(part_.vertices.size() / 3);
-            part_.vertices.insert(part_.vertices.end(), {place[0], place[1], place[2]});
-        }
-        part_.triangles.push_back(slot);
-    }
-
-    [[nodiscard]] Part part() && { return std::move(part_); }
-
-private:
-    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-
-    static std::size_t hash(const T (&place)[3]) {
-        std::uint64_t hash = 0;
-        for (const T x : place) hash = (std::rotl(hash, 5) ^ std::bit_cast<Bits>(x)) * 0x9e3779b97f4a7c15;
-        return static_cast<std::size_t>(hash >> 20);
-    }
-
-    bool is_at(std::int32_t vertex, const T (&place)[3]) const {
-        const double* own = &part_.vertices[3 * static_cast<std::size_t>(vertex)];
-        for (int axis = 0; axis < 3; ++axis) {
-            if (std::bit_cast<Bits>(static_cast<T>(own[axis])) != std::bit_cast<Bits>(place[axis])) return false;
-        }
-        return true;
-    }
-
-    std::int32_t& find(const T (&place)[3]) {
-        std::size_t at = hash(place) & (slots_.size() - 1);
-        while (slots_[at] >= 0 && !is_at(slots_[at], place)) at = (at + 1) & (slots_.size() - 1);
-        return slots_[at];
-    }
-
-    void grow() {
-        Interruption::check();
-        slots_.assign(2 * slots_.size(), -1);
-        const double* own = part_.vertices.data();
-        for (std::size_t vertex = 0; vertex < part_.vertices.size() / 3; ++vertex, own += 3) {
-            const T place[] = {static_cast<T>(own[0]), static_cast<T>(own[1]), static_cast<T>(own[2])};
-            find(place) = static_cast<std::int32_t>(vertex);
-        }
-    }
-
-    std::vector<std::int32_t> slots_;  // vertices by their hashes; -1 where there is none
-    Part part_;
-};
-
-float float_at(const std::uint8_t* bytes) {
-    const std::uint32_t bits = bytes[0] | bytes[1] << 8u | bytes[2] << 16u | static_cast<std::uint32_t>(bytes[3]) << 24u;
-    return std::bit_cast<float>(bits);
-}
+constexpr std::size_t header = 84, facet = 50;  // bytes
 
 /// The end of all facets, whose last two bytes say how many more bytes follow; 0 if they reach beyond the file.
 std::size_t end_with_attributes(Bytes bytes, std::size_t count) {
@@ -87,14 +25,8 @@ std::size_t end_with_attributes(Bytes bytes, std::size_t count) {
 
 Part read_binary(Bytes bytes, std::size_t count) {
     const bool has_attributes = bytes.size() != header + facet * count && end_with_attributes(bytes, count) == bytes.size();
-    Welding<float> welding(3 * count);
-    std::size_t at = header;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i % 65536 == 0) Interruption::check();
-        const std::uint8_t* corner = &bytes[at + normal];
-        for (int k = 0; k < 3; ++k, corner += 12) welding.add(float_at(corner), float_at(corner + 4), float_at(corner + 8));
-        at += facet + (has_attributes ? corner[0] | corner[1] << 8u : 0);
-    }
+    Welding welding(3 * count);
+    welding.add_facets(bytes.subspan(header), count, has_attributes);
     return std::move(welding).part();
 }
 
@@ -113,11 +45,11 @@ double coordinate(std::string_view word, std::string_view line) {
 
 std::vector<Part> read_text(std::string_view text) {
     std::vector<Part> parts;
-    Welding<double> welding(3 * (text.size() / 256));
+    Welding welding(3 * (text.size() / 256));
     int corners = -1;  // of the facet so far; -1 outside of one
     const auto end_solid = [&] {
         if (Part part = std::move(welding).part(); !part.triangles.empty()) parts.push_back(std::move(part));
-        welding = Welding<double>(0);
+        welding = Welding(0);
     };
     for (Lines lines(text); lines.next();) {
         Words words(lines.line());
@@ -151,7 +83,7 @@ std::vector<Part> read_text(std::string_view text) {
 
 Contents read_stl(Bytes bytes, Beside&) {
     const std::string_view text = text_of(bytes), head = text.substr(0, header);
-    const std::size_t count = bytes.size() < header ? 0 : std::bit_cast<std::uint32_t>(float_at(&bytes[80]));
+    const std::size_t count = bytes.size() < header ? 0 : load<std::uint32_t>(&bytes[80], false);
     const bool is_exact = bytes.size() >= header && (bytes.size() - header) / facet == count && (bytes.size() - header) % facet == 0;
     const bool is_text = is_word(trimmed(head).substr(0, 5), "solid") && head.find('\0') == std::string_view::npos;
     Contents contents;
