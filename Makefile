@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo page dev quick test docs bench bench-web report quality vendor npm types clean
+.PHONY: demo page dev quick test docs bench bench-web report quality yyjson npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed-native
@@ -68,18 +68,15 @@ quality: $(VENV)/installed-train
 docs: $(VENV)/installed-test
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs/site . out/site
 
-# The loaders of three.js that the viewer's page ships, from npm: joined to one file, without what they do not use of it.
-THREE := 0.187.0
-ESBUILD := 0.28.2
-VENDOR := viewer/vendor/three
-vendor:
-	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)
-	cp vendor/*.js build/three
-	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
-	cd build/three && npm install --silent --no-save --prefix . esbuild@$(ESBUILD)
-	cd build/three && node_modules/.bin/esbuild loaders.js --bundle --minify --format=esm --alias:three=./three.js --log-level=warning \
-	  --banner:js="// @ts-nocheck three.js $(THREE), https://threejs.org, MIT licence (LICENSE.txt)" --outfile=$(abspath $(VENDOR))/loaders.js
-	cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
+# The reader of JSON in the core, from its tag on GitHub: without its writers, what it does not read here, and comments. Needs unifdef.
+YYJSON := 0.12.0
+yyjson:
+	rm -rf build/yyjson && git clone --quiet --depth 1 --branch $(YYJSON) https://github.com/ibireme/yyjson build/yyjson
+	cd build/yyjson/src && for file in yyjson.c yyjson.h; do \
+	  unifdef -UYYJSON_DISABLE_READER $(foreach part,WRITER INCR_READER UTILS NON_STANDARD FAST_FP_CONV,-DYYJSON_DISABLE_$(part)=1) $$file > short.$$file; \
+	  gcc -w -fpreprocessed -dD -E -P short.$$file > $(abspath vendor/yyjson)/$$file; done
+	sed -i 's/if (char_is_space(cur\[1\]) \&\& char_is_space(cur\[2\])) {/if (true) {/' vendor/yyjson/yyjson.c  # one way to read texts of both kinds, for the page's sake
+	cp build/yyjson/LICENSE vendor/yyjson
 
 # The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
 npm: $(VENV)/installed

@@ -39,7 +39,8 @@ set(fast_sources
   core/sampling/refresh.cpp
   core/sampling/squares.cpp
   core/tracing/scene.cpp)
-set(small_flags -Os)
+# Zig itself takes -Oz for -Os.
+set(small_flags -Os -Xclang -Oz)
 set(exception_flags -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)

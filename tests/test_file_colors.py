@@ -738,6 +738,7 @@ def test_3mf_corners_without_a_place_or_a_point(tmp_path: Path) -> None:
 
 
 @needs_models
+@pytest.mark.filterwarnings("ignore:.*not shown")
 def test_real_textures() -> None:
     folder = MODELS / "loader_originals"
     duck = mesh_of(folder / "glb_material/Duck.glb")
@@ -756,6 +757,7 @@ def test_real_textures() -> None:
 
 
 @needs_models
+@pytest.mark.filterwarnings("ignore:.*not shown")
 def test_scenes_of_textured_files_are_saved(tmp_path: Path) -> None:
     scene = bob.load(MODELS / "loader_originals/glb_material/CesiumMilkTruck.glb")
     bob.save_scene(scene, tmp_path / "truck.bob")

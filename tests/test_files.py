@@ -171,6 +171,7 @@ def test_what_is_left_out_is_counted(name: str) -> None:
 @needs_models
 @pytest.mark.parametrize("name", ORIGINALS)
 @pytest.mark.filterwarnings(r"ignore:(spider.obj|fuze_ascii.ply). texture .* was left out")  # they have no such file
+@pytest.mark.filterwarnings("ignore:.*not shown")
 def test_originals(name: str) -> None:
     mesh = load_mesh(MODELS / "loader_originals" / name)
     assert (len(mesh.triangles), mesh.normals is not None) == ORIGINALS[name]
@@ -558,10 +559,10 @@ def test_gltf_names_take_no_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"accessors": [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]}, "got sparse data"),
+        ({"accessors": [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]}, "at most"),
         (
             {"accessors": [{"bufferView": 0, "componentType": 5126, "count": 10**12, "type": "VEC3"}]},
-            "at most",
+            "expected 12,000,000,000,000 bytes in its view, got 36",
         ),
         ({"accessors": [{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]}, "bytes in its view"),
         ({"buffers": [{"uri": "a.bin", "byteLength": 72}]}, "found no such file"),

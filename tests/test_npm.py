@@ -75,5 +75,4 @@ def test_a_mesh_is_shown_and_the_package_is_small(browser, folder, name):
     paths = {url.removeprefix(address) for url in asked if url.startswith(f"{address}node_modules")}
     sizes = {path: len(gzip.compress((folder / path).read_bytes())) for path in paths}
     assert sum(sizes.values()) <= MOST_BYTES, sizes
-    assert any("vendor/three" in path for path in sizes) == (name == "part.glb")
     assert not any("core.relaxed" in path or "core.wasm" in path for path in sizes)

@@ -45,7 +45,7 @@ PAGE = {
     "shapes": {"core"},
     "tracing": {"core", "picture", "shapes"},
     "completion": {"core", "files", "picture"},
-    "files": {"core", "shapes", "tracing", "vendor"},
+    "files": {"core", "shapes", "tracing"},
     "workers": {"core", "picture", "tracing", "completion", "files"},
     "component": {"core", "picture", "tracing", "workers"},
     "interface": {"component", "core", "picture"},

@@ -249,7 +249,7 @@ def test_export(tmp_path, capsys):
     }
     for name in written:
         file = folder / name
-        if file.suffix in (".html", ".js", ".css") and "vendor" not in name:
+        if file.suffix in (".html", ".js", ".css"):
             paths = re.findall(r"""(?:from |import\(|src=|href=|url\(|new URL\()\s*["'`]([^"'`]*)""", file.read_text())
             for path in paths:
                 assert not path.startswith("/")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_cases import CASES as GLTF_CASES
 from models import MODELS, needs_models
 from PIL import Image
 from textures import OTHERS, shared_scene
@@ -411,6 +412,28 @@ def test_glb(same, page):
     assert not [url for url in asked if "missing" in url]
 
 
+def outcome(load, file):
+    try:
+        return load(file)
+    except bob.InputError as error:
+        return error
+
+
+@pytest.mark.parametrize("name", GLTF_CASES)
+def test_cases_of_gltf(name, read):
+    """As in Python, where their numbers are tested (test_gltf.py), with the same words."""
+    file = Path(__file__).parent / "cases" / name
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = outcome(bob.load, file)
+    found = read(file)
+    if isinstance(scene, bob.InputError):
+        assert found["error"] == str(scene)
+        return
+    assert found["warnings"] == [str(warning.message) for warning in told]
+    assert_equal_pictures(found, scene, pixels=2)
+
+
 # ---- Colours ---------------------------------------------------------------------------------------------
 
 
@@ -537,10 +560,16 @@ def png_head(width, height):
 def of_pictures(pictures, **more):
     """Return a box for each of the pictures, by content, each with a separate material."""
     uris = [{"uri": "data:image/png;base64," + base64.b64encode(picture).decode()} for picture in pictures]
-    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(len(pictures))]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 2}
+    primitives = [{"attributes": attributes, "indices": 1, "material": i} for i in range(len(pictures))]
     laid = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}, **more} for i in range(len(pictures))]
-    sources = [{"source": i} for i in range(len(pictures))]
-    return box_glb([{"mesh": 0}], images=uris, meshes=[{"primitives": primitives}], materials=laid, textures=sources)
+    points = {"bufferView": 0, "componentType": 5126, "count": 8}
+    corners = {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"}
+    return box_glb(
+        [{"mesh": 0}], images=uris, meshes=[{"primitives": primitives}], materials=laid,
+        textures=[{"source": i} for i in range(len(pictures))],
+        accessors=[points | {"type": "VEC3"}, corners, points | {"type": "VEC2"}],
+    )  # fmt: skip
 
 
 def warnings_of(read, file, content, beside=()):
@@ -951,7 +980,7 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
         ("a.glb", b"glTF", "expected a GLB, which starts with 'glTF'"),
         ("a.glb", box_glb([{"mesh": 1}])[:-9], "expected 932 bytes, as its head says, got 923"),
         ("a.glb", box_glb(LOOP), "expected nodes that form a tree, got one with two parents or inside itself"),
-        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected its data within the file, got it"),
+        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected b.bin to be opened together with it"),
         ("a.glb", glb({}), "expected triangles, got none"),
         ("a.json", b"[", "expected a .json file, could not read it (SyntaxError"),
         ("a.json", b"{}", "shape: expected one, got none"),

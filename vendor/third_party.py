@@ -1,6 +1,6 @@
 """Other people's code in the package: its licences, NOTICES.txt, and its list, sbom.cdx.json (CycloneDX).
 
-python vendor/third_party.py     # after a new version of the package, nanobind, ziglang or three.js
+python vendor/third_party.py     # after a new version of the package, nanobind, ziglang or yyjson
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import ziglang
 
 ROOT = Path(__file__).parent.parent
 NANOBIND, ZIG = Path(nanobind.__path__[0]), Path(ziglang.__path__[0])
-THREE = ROOT / "viewer/vendor/three"
+YYJSON = ROOT / "vendor/yyjson"
 LLVM = "Apache-2.0 WITH LLVM-exception"
 
 
@@ -32,7 +32,7 @@ class Part(NamedTuple):
 
 
 def parts() -> list[Part]:
-    """The libraries that are linked into the package's binaries, or joined to the page."""
+    """The libraries that are linked into the package's binaries."""
     zig, config = version("ziglang"), _read(ZIG / "lib/libcxx/include/__config")
     number = int(_found(r"define _LIBCPP_VERSION (\d+)", config))
     llvm = f"{number // 10000}.{number // 100 % 100}.{number % 100}"
@@ -40,7 +40,6 @@ def parts() -> list[Part]:
     growth = _read(robin / "robin_growth_policy.h")
     robin_version = ".".join(_found(rf"TSL_RH_VERSION_{name} (\d+)", growth) for name in ("MAJOR", "MINOR", "PATCH"))
     header = re.sub(r"^ ?\* ?", "", _found(r"/\*\*\n(.*?)\*/", _read(robin / "robin_map.h")), flags=re.MULTILINE)
-    page = _read(THREE / "loaders.js").partition("\n")[0]
     wasm, both = "viewer/*.wasm", "viewer/*.wasm, _core of released wheels"
     wasi_licenses = ("LICENSE", "LICENSE-MIT", "libc-bottom-half/cloudlibc/LICENSE", "libc-top-half/musl/COPYRIGHT")
     nanobind_license = _read(next(NANOBIND.parent.glob("nanobind-*.dist-info")) / "licenses/LICENSE")
@@ -69,12 +68,12 @@ def parts() -> list[Part]:
             _read(ZIG / "lib/libc/mingw/COPYING"),
         ),
         Part(
-            "three",
-            _found(r"three.js (\S+),", page),
+            "yyjson",
+            _found(r'YYJSON_VERSION_STRING "(\S+)"', _read(YYJSON / "yyjson.h")),
             "MIT",
-            "pkg:npm/three",
-            "viewer/vendor/three/loaders.js",
-            _read(THREE / "LICENSE.txt"),
+            "pkg:github/ibireme/yyjson",
+            "_core, viewer/*.wasm",
+            _read(YYJSON / "LICENSE"),
         ),
     ]
 

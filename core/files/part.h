@@ -60,6 +60,7 @@ struct Part {
 struct Image {
     std::string name;                    // its path from the model's folder, UTF-8; empty if embedded
     std::vector<std::uint8_t> bytes = {};  // of an embedded file
+    std::string label = {};                // for warnings; empty if that is its name
 };
 
 /// An image on a surface.

@@ -12,7 +12,8 @@ struct Format {
     std::string_view ending;
     Reader reader;
 };
-constexpr Format formats[] = {{"obj", read_obj}, {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
+constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"obj", read_obj},
+                              {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
 
 Reader reader_of(std::string_view ending) {
     for (const Format& format : formats) {
@@ -141,7 +142,12 @@ std::string description(const Contents& contents) {
     for (const Surface& surface : contents.surfaces) write(json, surface);
     json.close(']');
     json.key("images"), json.open('[');
-    for (const Image& image : contents.images) json.open('{'), json.key("name"), json.value(image.name), json.close('}');
+    for (const Image& image : contents.images) {
+        json.open('{');
+        json.key("name"), json.value(image.name);
+        json.key("label"), json.value(image.label.empty() ? image.name : image.label);
+        json.close('}');
+    }
     json.close(']');
     json.key("warnings"), json.open('[');
     for (const std::string& warning : contents.warnings) json.value(std::string_view(warning));

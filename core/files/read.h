@@ -11,6 +11,8 @@ namespace bob::files {
 /// A reader throws std::invalid_argument, of one line without the file's name, where it can't read a file. It checks Interruption.
 using Reader = Contents (*)(Bytes bytes, Beside& beside);
 
+[[nodiscard]] Contents read_glb(Bytes bytes, Beside& beside);
+[[nodiscard]] Contents read_gltf(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_obj(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_off(Bytes bytes, Beside& beside);
 [[nodiscard]] Contents read_ply(Bytes bytes, Beside& beside);
@@ -42,7 +44,7 @@ private:
 /// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [part, ...],
 ///  "surfaces": [{"name", "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" |
 ///   "mirror", "..."], "uv"}}, "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent"}],
-///  "images": [{"name"}], "warnings": [...]}
+///  "images": [{"name", "label"}], "warnings": [...]}
 [[nodiscard]] std::string description(const Contents& contents);
 
 /// The numbers of what that describes: 13 for each surface, those of Material in their order and the alpha cutoff; then 16 for each

@@ -12,7 +12,7 @@ from pathlib import Path
 CORPUS = Path(__file__).parent / "corpus"
 LONGEST = 1 << 10
 """Bytes of an input; of texts, which take words, four times as many."""
-WORDS = {"files": "files/*.cpp", "script": "modelling/*.cpp", "vm": "formula/vm.cpp"}
+WORDS = {"files": "files/*.cpp", "gltf": "files/gltf*.cpp", "script": "modelling/*.cpp", "vm": "formula/vm.cpp"}
 """Of texts: where the words stand in quotes that libFuzzer puts into them."""
 
 

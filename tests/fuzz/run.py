@@ -306,8 +306,6 @@ def warm_up(ending: str) -> None:
                 read_assembly(ending.upper(), str(seed))
             os.dup2(before, 1)
             os.close(before)
-    elif ending in ("gltf", "glb"):
-        import trimesh.exchange.gltf  # noqa: F401
     import xml.etree.ElementTree  # noqa: F401
     import zipfile  # noqa: F401
 

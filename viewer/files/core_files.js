@@ -11,10 +11,10 @@
  * @typedef {import("./surface.js").Texture} Texture
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {{image: number, wrap: string[], uv: number}} Layer
- * @typedef {{name: string, layers: {color?: Layer, mask?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
+ * @typedef {{name: string, layers: {color?: Layer, mask?: Layer, metallic_roughness?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
  *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as core/files/read.h has it
  * @typedef {{parts: {name: string, surface: number, uv: number}[], placements: number[],
- *   surfaces: Described[], images: {name: string}[], warnings: string[]}} Contents
+ *   surfaces: Described[], images: {name: string, label: string}[], warnings: string[]}} Contents
  */
 
 import { CoreError } from "../core/errors.js";
@@ -126,8 +126,12 @@ function copied(core, type, name, ...of) {
 /** The images of a file: each is decoded once. What can't be read is left out, with a warning. */
 class Images {
   #pictures = new Pictures();
-  /** @type {Map<number, Picture | undefined>} */
+  /** @type {Map<number, Promise<Picture>>} */
   #decoded = new Map();
+  /** Means of images of numbers. @type {Map<number, number[]>} */
+  #means = new Map();
+  /** What was told already. @type {Set<string>} */
+  #failed = new Set();
   /** By picture and mask. @type {Map<Picture | undefined, Map<Picture, Picture>>} */
   #masked = new Map();
 
@@ -138,6 +142,8 @@ class Images {
 
   async surfaces() {
     const surfaces = [];
+    // At once, since other threads decode them.
+    for (const { layers } of this.contents.surfaces) for (const layer of [layers.color, layers.mask]) if (layer) this.#picture(layer.image).catch(() => {});
     for (const described of this.contents.surfaces) surfaces.push(await this.#surface(described));
     return surfaces;
   }
@@ -148,23 +154,44 @@ class Images {
     const cutOut = mask && await this.#attempt(
       async () => ({ wrap: (laid ?? mask).wrap, picture: this.#withMask(laid?.picture, mask.picture) }), `the mask of ${name} was left out`,
     );
+    if (layers.metallic_roughness) {
+      const [, green, blue] = await this.#mean(layers.metallic_roughness.image);
+      described.metallic *= blue, described.roughness *= green;
+    }
     const surface = surfaceOf(described, laid, cutOut ?? laid);
     if (!surface.texture) return surface;
-    const { picture } = surface.texture, isCutOut = surface.alphaCutoff !== undefined;
-    const isShown = await this.#attempt(async () => (this.#pictures.show(picture, isCutOut), true), `the texture of ${name} was left out`);
+    const { picture } = surface.texture, isCutOut = surface.alphaCutoff !== undefined, { image } = layers.color ?? layers.mask ?? { image: 0 };
+    const isShown = await this.#read(image, async () => (this.#pictures.show(picture, isCutOut), true));
     return isShown ? surface : surfaceOf(described, undefined, undefined);
   }
 
   /** @param {Layer} [layer] @returns {Promise<Texture | undefined>} */
   async #texture(layer) {
     if (!layer) return undefined;
-    const { image, wrap } = layer, { name } = this.contents.images[image];
-    if (!this.#decoded.has(image)) {
-      const read = async () => this.#pictures.decoded(name ? await this.beside.read(name) : this.#embedded(image));
-      this.#decoded.set(image, await this.#attempt(read, `texture ${name || image} was left out`));
-    }
-    const picture = this.#decoded.get(image), [across, down] = wrap.map((own) => WRAPS.indexOf(own));
+    const { image, wrap } = layer, picture = await this.#read(image, () => this.#picture(image));
+    const [across, down] = wrap.map((own) => WRAPS.indexOf(own));
     return picture && { picture, wrap: [across, down] };
+  }
+
+  /** @param {number} image */
+  #picture(image) {
+    const read = async () => this.#pictures.decoded(await this.#file(image));
+    const picture = this.#decoded.get(image) ?? read();
+    this.#decoded.set(image, picture);
+    return picture;
+  }
+
+  /** The mean of an image of numbers, in 0..1; that of a rough surface without metal if it can't be read. @param {number} image */
+  async #mean(image) {
+    const mean = this.#means.get(image) ?? await this.#read(image, async () => this.#pictures.mean(await this.#file(image))) ?? [0, 1, 0];
+    this.#means.set(image, mean);
+    return mean;
+  }
+
+  /** @param {number} image */
+  async #file(image) {
+    const { name } = this.contents.images[image];
+    return name ? this.beside.read(name) : this.#embedded(image);
   }
 
   /** @param {number} image @returns {Uint8Array<ArrayBuffer>} */
@@ -183,13 +210,19 @@ class Images {
     return made;
   }
 
+  /** @template T @param {number} image @param {() => Promise<T>} read what needs it */
+  #read(image, read) {
+    return this.#attempt(read, `texture ${this.contents.images[image].label} was left out`);
+  }
+
   /** @template T @param {() => Promise<T>} read @param {string} failed @returns {Promise<T | undefined>} */
   async #attempt(read, failed) {
     try {
       return await read();
     } catch (error) {
       if (!(error instanceof CoreError)) throw error;
-      this.warn(`${failed}: ${error.message}`);
+      if (!this.#failed.has(failed)) this.warn(`${failed}: ${error.message}`);
+      this.#failed.add(failed);
       return undefined;
     }
   }

@@ -8,5 +8,4 @@
  *   faceColors (T, 3) are linear RGB, they and alphas (V,) 1 where they are not finite; uv (V, 2) from the texture's top left on
  * @typedef {(text: string) => void} Warn told what of a file was left out
  */
-
 export {};

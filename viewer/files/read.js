@@ -10,12 +10,10 @@ import { readBob } from "./bob.js";
 import { readInCore } from "./core_files.js";
 import { readGeomdl } from "./geomdl.js";
 import { meshScene } from "./joined.js";
-import { readGlb, readGltf } from "./loaders.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
- * @typedef {import("./part.js").Part} Part
  * @typedef {(core: Core, bytes: ArrayBuffer, name: string, beside: Beside) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
@@ -25,8 +23,8 @@ const READERS = {
   ".obj": inCore("obj"),
   ".stl": inCore("stl"),
   ".off": inCore("off"),
-  ".glb": inHost(readGlb),
-  ".gltf": inHost(readGltf),
+  ".glb": inCore("glb"),
+  ".gltf": inCore("gltf"),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
@@ -60,25 +58,12 @@ export async function readFile(core, name, bytes, beside = new Beside()) {
   }
 }
 
-/** @param {string} format @returns {Reader} */
+/** @param {string} format the ending without its point @returns {Reader} */
 function inCore(format) {
-  return mesh((core, bytes, warn, beside) => readInCore(core, format, bytes, warn, beside));
-}
-
-/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Promise<Part[]>} read @returns {Reader} */
-function inHost(read) {
-  return mesh((_, bytes, warn, beside) => read(bytes, warn, beside));
-}
-
-/**
- * @param {(core: Core, bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Promise<Part[]>} read
- * @returns {Reader}
- */
-function mesh(read) {
   return async (core, bytes, name, beside) => {
     /** @type {string[]} */
     const told = [];
-    const parts = await read(core, bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
+    const parts = await readInCore(core, format, bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
     const { warnings = [], ...scene } = meshScene(core, name, parts);
     return { ...scene, warnings: [...told, ...warnings] };
   };

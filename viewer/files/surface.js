@@ -44,6 +44,18 @@ export class Pictures {
     return picture;
   }
 
+  /**
+   * The mean of a picture's red, green and blue, 0..1. Neither the picture is kept, nor are its texels counted.
+   *
+   * @param {Uint8Array<ArrayBuffer>} bytes
+   * @returns {Promise<number[]>}
+   */
+  async mean(bytes) {
+    const { texels, height, width } = await decoded(bytes), sums = [0, 0, 0];
+    for (let i = 0; i < texels.length; i += 3) sums[0] += texels[i], sums[1] += texels[i + 1], sums[2] += texels[i + 2];
+    return sums.map((sum) => sum / (255 * height * width));
+  }
+
   /** Takes the texels of a picture from what is left for the file, before there is any memory for them. @param {number} height @param {number} width */
   count(height, width) {
     if (height * width > this.#left) {
@@ -101,21 +113,13 @@ export class Looks {
  */
 export const half = (picture) => (picture?.alpha?.some((alpha) => alpha >= 128) ? 0.5 : undefined);
 
-/** Linear light of an sRGB value, both 0..1, after IEC 61966-2-1. @param {number} value */
-export const fromSrgb = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
-
-/** A number as near to it as 0..1 allows; `otherwise` where it is none. @param {unknown} value @param {number} otherwise */
-export function unit(value, otherwise) {
-  return typeof value === "number" && Number.isFinite(value) ? Math.min(Math.max(value, 0), 1) : otherwise;
-}
-
-/** @param {Uint8Array<ArrayBuffer>} bytes @param {Pictures} pictures of the file @returns {Promise<Picture>} */
+/** @param {Uint8Array<ArrayBuffer>} bytes @param {Pictures} [pictures] of the file, which count it @returns {Promise<Picture>} */
 async function decoded(bytes, pictures) {
   const size = sizeOfPicture(bytes);
   if (!size) throw new CoreError(UNREADABLE);
   const texels = size.height * size.width;
   if (texels > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS.toLocaleString("en")} texels, got more`);
-  pictures.count(size.height, size.width);
+  pictures?.count(size.height, size.width);
   const image = await createImageBitmap(new Blob([bytes]), { premultiplyAlpha: "none", colorSpaceConversion: "none" }).catch(() => {
     throw new CoreError(UNREADABLE);
   });

@@ -53,7 +53,7 @@ def read_in_core(file: Path) -> list[Part]:
         )
     for warning in contents["warnings"]:
         warn_of(file, warning)
-    images = _Images(Textures(file, beside), [image["name"] for image in contents["images"]], reading)
+    images = _Images(Textures(file, beside), contents["images"], reading)
     surfaces = [images.surface(described) for described in contents["surfaces"]]
     parts = [_part(reading, number, part, surfaces, contents) for number, part in enumerate(contents["parts"])]
     if not contents["placements"]:
@@ -96,9 +96,10 @@ def _part(
 class _Images:
     """Textures of a file's images by their numbers; what can't be read is left out, with a warning."""
 
-    def __init__(self, textures: Textures, names: list[str], reading: _core.Reading) -> None:
-        self.textures, self.names, self.reading = textures, names, reading
+    def __init__(self, textures: Textures, described: list[dict[str, str]], reading: _core.Reading) -> None:
+        self.textures, self.described, self.reading = textures, described, reading
         self.embedded: dict[int, Texture | None] = {}
+        self.left_out: set[str] = set()
 
     def surface(self, described: dict[str, Any]) -> Surface:
         layers, name = described["layers"], one_line(described["name"]) or None
@@ -112,12 +113,15 @@ class _Images:
         color = [1.0, 1.0, 1.0] if replaces else described["color"]
         terms = MATERIAL[:4] if described["roughness"] < 0 else MATERIAL[4:]
         reflecting = {term: described[term] for term in terms}
+        if "metallic_roughness" in layers:
+            _, green, blue = self._mean(layers["metallic_roughness"]["image"])
+            reflecting = {"metallic": blue * reflecting["metallic"], "roughness": green * reflecting["roughness"]}
         material = Material(tuple(color), **reflecting, emissive=tuple(described["emissive"]))
         surface = Surface(material, texture, name, _cutoff(described, texture))
         try:
             self.textures.pictures.show(surface)
         except InputError as error:
-            warn_of(self.textures.model, f"the texture of {name} was left out: {error}")
+            self._warn((layers.get("color") or layers["mask"])["image"], error)
             surface = Surface(material, None, name, _cutoff(described, None))
         return surface
 
@@ -125,7 +129,7 @@ class _Images:
         if layer is None:
             return None
         number = layer["image"]
-        name = self.names[number]
+        name = self.described[number]["name"]
         texture = self.textures[path_of(name.encode())] if name else self._embedded(number)
         return texture and texture._replace(wrap=tuple(layer["wrap"]))
 
@@ -135,8 +139,25 @@ class _Images:
             try:
                 self.embedded[number] = Texture(self.textures.pictures.decoded(self.reading.image(number)))
             except InputError as error:
-                warn_of(self.textures.model, f"texture {number} was left out: {error}")
+                self._warn(number, error)
         return self.embedded[number]
+
+    def _mean(self, number: int) -> tuple[float, float, float]:
+        """Mean of an image of numbers, in 0..1; that of a rough surface without metal if it can't be read."""
+        name = self.described[number]["name"]
+        try:
+            data = self.textures.read(path_of(name.encode())) if name else self.reading.image(number)
+            return self.textures.pictures.mean(data)
+        except InputError as error:
+            self._warn(number, error)
+            return 0.0, 1.0, 0.0
+
+    def _warn(self, number: int, error: InputError) -> None:
+        """Say once that an image was left out."""
+        label = one_line(self.described[number]["label"])
+        if label not in self.left_out:
+            warn_of(self.textures.model, f"texture {label} was left out: {error}")
+        self.left_out.add(label)
 
 
 def _cutoff(described: dict[str, Any], texture: Texture | None) -> float | None:

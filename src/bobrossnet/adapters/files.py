@@ -1,6 +1,6 @@
 """Files: a scene or a mesh from what they hold, or one line that says why not.
 
-PLY, OBJ, STL and OFF are read in the core, as in the page. glTF is parsed by trimesh's reader, 3MF is read here.
+PLY, OBJ, STL, OFF and glTF are read in the core, as in the page. 3MF is read here.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.adapters.foreign import is_foreign, shapes_of
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
-from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.opencascade import read_iges, read_step
@@ -50,8 +49,8 @@ MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".obj": read_in_core,
     ".stl": read_in_core,
     ".off": read_in_core,
-    ".glb": read_glb,
-    ".gltf": read_gltf,
+    ".glb": read_in_core,
+    ".gltf": read_in_core,
     ".3mf": read_3mf,
 }
 SCRIPT_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script}

@@ -62,16 +62,6 @@ class Part(NamedTuple):
     surface: Surface = Surface()
 
 
-def trimesh_part(stored: dict[str, Any]) -> Part:
-    """A part from what trimesh's readers return, who have `vertex_normals` only where the file has them."""
-    normals = stored.get("vertex_normals")
-    return Part(
-        converted(np.asarray(stored["vertices"]), np.float64).reshape(-1, 3),
-        converted(np.asarray(stored["faces"]), np.int64).reshape(-1, 3),
-        None if normals is None else np.asarray(normals, dtype=np.float64),
-    )
-
-
 def rows_of(numbers: NDArray[Any], count: int) -> list[NDArray[np.int64]]:
     """The rows that have each of the numbers 0 to `count` - 1, ascending."""
     ends = np.cumsum(np.bincount(numbers, minlength=count))

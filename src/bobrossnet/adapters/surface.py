@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bobrossnet.adapters.beside import Beside
 from bobrossnet.shapes.picture import Picture
@@ -15,6 +18,9 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line, warn_of
 from bobrossnet.tracing.instance import WHITE
 from bobrossnet.tracing.material import Material
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MAX_TEXELS = 1 << 26
 """Of one texture: 8,192 x 8,192, 0.2 GB."""
@@ -67,6 +73,7 @@ class Pictures(dict[bytes, Picture | InputError]):
     def __init__(self) -> None:
         super().__init__()
         self.texels = 0
+        self.means: dict[bytes, tuple[float, float, float]] = {}
         self.shown: dict[int, list[Picture]] = {}
         """With their alpha, without it, or both, by the `id` of their texels."""
 
@@ -89,6 +96,23 @@ class Pictures(dict[bytes, Picture | InputError]):
         if isinstance(found, InputError):
             raise InputError(str(found))
         return found
+
+    def mean(self, data: bytes) -> tuple[float, float, float]:
+        """The mean of a picture's red, green and blue, 0..1; it is not kept.
+
+        Raises
+        ------
+        InputError
+            As from `decoded`, but it is not counted with the others.
+        """
+        key = hashlib.sha256(data).digest()
+        if key not in self.means:
+            with _opened(data) as image:
+                image.draft("RGB", (max(image.width // 8, 1), max(image.height // 8, 1)))  # which a JPEG does quickly
+                texels = _texels(image)
+            red, green, blue = texels.reshape(-1, 3).mean(axis=0) / 255
+            self.means[key] = float(red), float(green), float(blue)
+        return self.means[key]
 
     def count(self, height: int, width: int) -> None:
         """Take the texels of a picture from what is left for the file, before there is any memory for them."""
@@ -130,7 +154,7 @@ class Textures(dict[PurePosixPath, Texture | None]):
     def __missing__(self, path: PurePosixPath) -> Texture | None:
         texture = None
         try:
-            texture = Texture(self.pictures.decoded(self._read(path)))
+            texture = Texture(self.pictures.decoded(self.read(path)))
         except InputError as error:
             warn_of(self.model, f"texture {one_line(path)} was left out: {error}")
         self[path] = texture
@@ -159,7 +183,14 @@ class Textures(dict[PurePosixPath, Texture | None]):
             self.with_masks[key] = Picture(texels, np.ascontiguousarray(alpha[np.ix_(rows, columns)]))
         return Texture(self.with_masks[key], (texture or mask).wrap)
 
-    def _read(self, path: PurePosixPath) -> bytes:
+    def read(self, path: PurePosixPath) -> bytes:
+        """The file of a texture.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
         try:
             return self.beside.read(str(path))
         except InputError:
@@ -174,19 +205,30 @@ def path_of(name: bytes) -> PurePosixPath:
 
 
 def _decoded(data: bytes, pictures: Pictures) -> Picture:
+    with _opened(data) as image:
+        width, height = image.size
+        pictures.count(height, width)
+        if not image.has_transparency_data:
+            return Picture(_texels(image))
+        if _is_deep(image):
+            values = np.asarray(image)
+            alpha = np.where(values == image.info["transparency"], 0, 255).astype(np.uint8)
+            return Picture(_texels(image), alpha)
+        texels = np.array(image.convert("RGBA"))
+        alpha = np.ascontiguousarray(texels[..., 3])
+        return Picture(np.ascontiguousarray(texels[..., :3]), None if (alpha == 255).all() else alpha)
+
+
+@contextmanager
+def _opened(data: bytes) -> Iterator[Image]:
+    """A picture's file, whose errors become InputErrors."""
     from PIL import Image
 
     try:
         with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-            width, height = image.size
-            if width * height > MAX_TEXELS:
+            if image.width * image.height > MAX_TEXELS:
                 raise InputError(TOO_LARGE.format(MAX_TEXELS))
-            pictures.count(height, width)
-            if not image.has_transparency_data:
-                return Picture(np.array(image.convert("RGB")))
-            texels = np.array(image.convert("RGBA"))
-            alpha = np.ascontiguousarray(texels[..., 3])
-            return Picture(np.ascontiguousarray(texels[..., :3]), None if (alpha == 255).all() else alpha)
+            yield image
     except InputError:
         raise
     except Image.DecompressionBombError as error:  # which Pillow does not open at all
@@ -195,8 +237,14 @@ def _decoded(data: bytes, pictures: Pictures) -> Picture:
         raise InputError("expected a picture in PNG, JPEG or WebP, got none that can be read") from error
 
 
-def unit(value: Any, otherwise: float) -> float:
-    """A number as near to it as 0..1 allows; `otherwise` where it is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        return otherwise
-    return min(max(float(value), 0.0), 1.0)
+def _is_deep(image: Image) -> bool:
+    """Whether a picture is gray in 16 bits, which Pillow would cut off at 255."""
+    return image.mode == "I" or image.mode.startswith("I;16")
+
+
+def _texels(image: Image) -> NDArray[np.uint8]:
+    """(H, W, 3), of 16 bits the upper eight."""
+    if not _is_deep(image):
+        return np.array(image.convert("RGB"))
+    gray = (np.asarray(image).astype(np.int32) >> 8).astype(np.uint8)
+    return np.repeat(gray[..., None], 3, axis=2)

@@ -68,7 +68,7 @@ class Modules:
 
 
 def joined(modules: Modules, entry: str) -> str:
-    """Return the text of a module bundled with all static and dynamic imports, except those from vendor/.
+    """Return the text of a module bundled with all static and dynamic imports.
 
     Lines are not indented, which would add 3 % to the compressed size.
 
@@ -91,8 +91,7 @@ def joined(modules: Modules, entry: str) -> str:
         return f"const {{{renamed}}} = {_name(other)};\n"
 
     def taken_later(path: str, found: re.Match[str]) -> str:
-        other = _beside(path, found[1])
-        return found[0] if _is_foreign(other) else f"Promise.resolve({_name(other)})"
+        return f"Promise.resolve({_name(_beside(path, found[1]))})"
 
     for path in _in_order(modules, entry):
         text = "".join(taken(path, found) for found in IMPORT.finditer(modules[path])) + IMPORT.sub("", modules[path])
@@ -134,7 +133,7 @@ def _in_order(modules: Modules, entry: str) -> Iterator[str]:
             return
         text = modules[path]
         needed = [found[2] for found in IMPORT.finditer(text)]
-        needed += [found[1] for found in LATER.finditer(text) if not _is_foreign(_beside(path, found[1]))]
+        needed += [found[1] for found in LATER.finditer(text)]
         for other in needed:
             yield from visit(_beside(path, other), (*within, path))
         seen.add(path)
@@ -145,10 +144,6 @@ def _in_order(modules: Modules, entry: str) -> Iterator[str]:
 
 def _beside(path: str, relative: str) -> str:
     return posixpath.normpath(posixpath.join(posixpath.dirname(path), relative))
-
-
-def _is_foreign(path: str) -> bool:
-    return path.startswith("vendor/")
 
 
 def _name(path: str) -> str:

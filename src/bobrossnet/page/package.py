@@ -37,7 +37,7 @@ Its files stay as they are beside each other, on any server, also another one th
 .obj, .stl, .off, .glb, .gltf, .json (geomdl), .sdf, .vm and .bob; the Python package `bobrossnet` makes .bob of other
 files, and has the whole documentation.
 
-The loader of glTF is that of three.js (MIT licence, vendor/three/LICENSE.txt).
+The licences of the libraries in its WebAssembly modules are in NOTICES.txt.
 """
 
 
@@ -66,10 +66,10 @@ def write_package(folder: Path) -> None:
             "package.json": json.dumps(description, indent=2).encode(),
             "README.md": README.encode(),
             "LICENSE": (distribution("bobrossnet").read_text("licenses/LICENSE") or "MIT").encode(),
+            "NOTICES.txt": (distribution("bobrossnet").read_text("licenses/vendor/NOTICES.txt") or "").encode(),
             **{entry: joined(modules, entry).encode() for entry in entries},
             **{file.name: file for file in VIEWER.glob("core*.wasm")},
             **{f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS},
-            **{f"vendor/three/{name}": VIEWER / "vendor/three" / name for name in ("loaders.js", "LICENSE.txt")},
         },
         folder,
     )

@@ -1,0 +1,121 @@
+/// The data of a glTF: its JSON, its buffers, and numbers out of them. Nothing in it is trusted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "files/json.h"
+#include "files/part.h"
+#include "files/text.h"
+
+namespace bob::files {
+
+/// Calls f(), whose std::invalid_argument then says where it happened.
+template <class F>
+auto at_place(std::string_view place, F f) -> decltype(f()) {
+    try {
+        return f();
+    } catch (const std::invalid_argument& error) {
+        refuse({place, ": ", error.what()});
+    }
+}
+template <class F>
+auto at_item(std::string_view list, std::size_t number, F f) -> decltype(f()) {
+    return at_place(std::string(list) + "[" + std::to_string(number) + "]", f);
+}
+
+/// A whole number in low..high; `otherwise`, if there is one, where the value is missing.
+[[nodiscard]] std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high,
+                                   std::optional<std::int64_t> otherwise = {});
+
+/// Triangles and vertices in all parts of a file: this many take a few GB, and half as many fit into a page.
+constexpr std::uint64_t max_items = sizeof(void*) > 4 ? 100'000'000 : 50'000'000;
+
+/// Nodes, primitives and placements of a file.
+constexpr std::size_t max_instances = 100'000;
+
+void check_count(std::string_view name, std::size_t count);
+
+/// Bytes in base64; nothing if the text is something else.
+[[nodiscard]] std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);
+
+/// The path that a URI names, in which "%20" stands for a space.
+[[nodiscard]] std::string path_of_uri(std::string_view uri);
+
+/// What a "data:" URI holds; nothing of another URI. Throws std::invalid_argument if its base64 is none.
+[[nodiscard]] std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri);
+
+/// An array of vectors, of which `width` numbers each are of interest.
+struct Accessor {
+    std::size_t count = 0;
+    int width = 1;        // numbers of each element
+    int component = 5126;  // type of these, by the numbers of WebGL
+    bool normalized = false;
+    std::optional<std::size_t> view;
+    std::size_t offset = 0;
+    JsonValue sparse;
+
+    [[nodiscard]] bool is_float() const { return component == 5126; }
+};
+
+/// The document, whose lists, indices and sizes are checked when it is made.
+class GltfData {
+public:
+    /// text: its JSON. chunk: the binary chunk of a GLB; none in a .gltf. Asks for its buffers, and is incomplete if the host has
+    /// to answer first.
+    GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside);
+
+    [[nodiscard]] JsonValue root() const { return document_.root(); }
+    /// An item of a list of the root; a missing value if there is none.
+    [[nodiscard]] JsonValue item(std::string_view list, JsonValue number) const;
+    /// The items of a list of the root.
+    [[nodiscard]] const std::vector<JsonValue>& list(std::string_view name) const;
+
+    [[nodiscard]] const Accessor& accessor(JsonValue number) const;
+
+    /// An accessor's numbers, `width` of each element, those that are normalized in 0..1 or -1..1. The caller counts them first.
+    ///
+    /// always: integers are normalized whatever the accessor says.
+    [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width, bool always = false) const;
+    /// An accessor's unsigned integers; those beyond 2^31 - 1 are -1.
+    [[nodiscard]] Numbers<std::int32_t> indices(const Accessor& accessor) const;
+
+    /// The bytes of an image's view. Throws std::invalid_argument if it has none.
+    [[nodiscard]] Bytes view(JsonValue number) const;
+    /// The bytes of a view; none if only its compressed form is there.
+    [[nodiscard]] Bytes view(std::size_t number) const;
+
+    /// Bytes in all buffers, each counted once.
+    [[nodiscard]] std::size_t size() const;
+
+private:
+    void check_views();
+    Accessor checked(JsonValue accessor) const;
+    /// Elements that lie in a view.
+    struct Block {
+        std::size_t view, offset, stride, count;
+        int component, width;
+    };
+    void copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const;
+    [[nodiscard]] std::size_t stride(std::size_t view, std::size_t element) const;
+
+    JsonDocument document_;
+    std::vector<std::pair<std::string_view, std::vector<JsonValue>>> lists_;
+    std::vector<Bytes> buffers_;
+    std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs
+    struct View {
+        std::size_t buffer, offset, length, stride;  // stride 0: elements lie next to each other
+        std::string_view compression;
+    };
+    std::vector<View> views_;
+    std::vector<Accessor> accessors_;
+};
+
+}  // namespace bob::files

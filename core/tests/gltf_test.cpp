@@ -1,0 +1,91 @@
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include "check.h"
+#include "files/gltf_data.h"
+#include "files/read.h"
+
+namespace {
+
+using namespace bob::files;
+
+Bytes bytes_of(std::string_view text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+
+/// A triangle whose corners are bytes: (0, 0, 0), (2, 0, 0) and (0, 2, 0). more: members of the root.
+std::string triangle(const std::string& more, const std::string& accessor = "") {
+    return R"({"asset":{"version":"2.0"},"buffers":[{"uri":"data:;base64,AAAAAgAAAAIA"}],"bufferViews":[{"buffer":0,"byteLength":9}],)"
+           R"("accessors":[{"bufferView":0,"componentType":5121,"count":3,"type":"VEC3")" + accessor + R"(}],)"
+           R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}])" + more + "}";
+}
+
+/// The error of a text, or nothing.
+std::string error_of(const std::string& text) {
+    try {
+        Beside beside;
+        (void)read_gltf(bytes_of(text), beside);
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST(gltf_points_are_z_up) {
+    Beside beside;
+    const std::string text = triangle("");
+    const Contents contents = read_gltf(bytes_of(text), beside);
+    CHECK_EQ(contents.parts.size(), 1u);
+    const Part& part = contents.parts.at(0);
+    CHECK_EQ(part.vertices.size(), 9u);
+    CHECK_EQ(part.vertices[3], 2);
+    CHECK_EQ(part.vertices[8], 2);  // y of the file
+    CHECK_EQ(part.triangles.size(), 3u);
+}
+
+TEST(gltf_errors_name_their_place) {
+    CHECK(error_of(triangle("")) == "");
+    CHECK(error_of(triangle("", R"(,"byteOffset":1)")) == "accessors[0]: expected 10 bytes in its view, got 9");
+    CHECK(error_of(triangle("", R"(,"byteOffset":-1)")).starts_with("accessors[0]: byteOffset: expected an integer in 0.."));
+    CHECK(error_of(triangle("", R"(,"byteOffset":1e999)")) == "accessors[0]: byteOffset: expected an integer, got 1e999");
+    CHECK(error_of(triangle(R"(,"scene":1,"scenes":[{}])")) == "scene: expected an integer in 0..0, got 1");
+    CHECK(error_of("{") != "");
+    CHECK(error_of(std::string(1 << 20, '[')) != "");  // nested as deeply as it is long
+}
+
+TEST(gltf_files_next_to_it_are_asked_for) {
+    std::string text = triangle("");
+    text.replace(text.find("data:;base64,AAAAAgAAAAIA"), 25, "a%20b.bin");
+    Reading reading("gltf", bytes_of(text));
+    CHECK(reading.go_on() == "a b.bin");
+    const std::uint8_t points[9] = {0, 0, 0, 2, 0, 0, 0, 2, 0};
+    reading.give(points);
+    CHECK(reading.go_on().empty());
+    CHECK_EQ(reading.contents().parts.size(), 1u);
+}
+
+TEST(gltf_data_in_uris) {
+    const auto text = [](std::string_view uri) {
+        const auto bytes = data_of_uri(uri);
+        return bytes ? std::string(bytes->begin(), bytes->end()) : "none";
+    };
+    CHECK(text("data:text/plain;base64,YWI%3D") == "ab");
+    CHECK(text("data:,a%20b") == "a b");
+    CHECK(text("data:;base64").empty());
+    CHECK(text("a%20b.bin") == "none");
+    CHECK(path_of_uri("a%20b%2.bin") == "a b%2.bin");
+}
+
+TEST(base64_ends_anywhere) {
+    const auto text = [](std::string_view encoded) {
+        const auto bytes = from_base64(encoded);
+        return bytes ? std::string(bytes->begin(), bytes->end()) : "none";
+    };
+    CHECK(text("") == "");
+    CHECK(text("YQ==") == "a");
+    CHECK(text("YWI=") == "ab");
+    CHECK(text("YWI") == "ab");
+    CHECK(text("YWJj\nZA==") == "abcd");
+    for (const char* const wrong : {"Y", "YQ=", "Y=Q=", "????", "YWJj="}) CHECK(text(wrong) == "none");
+}
