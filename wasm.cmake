@@ -122,7 +122,7 @@ compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/base/parallel_lent.c
 compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
-compile_wasm(tracing_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
+compile_wasm(files_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
@@ -143,9 +143,9 @@ endfunction()
 set(completion_of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${completion_of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${completion_of_one} ${completion_relaxed})
-# The linker leaves out what nothing uses: of core.mesh all but meshes.
-link_wasm(core.mesh ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128})
-link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+# The linker leaves unused code out: core.mesh has no shapes except meshes, and only core.mesh reads files of meshes.
+link_wasm(core.mesh ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${files_objects})
+link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${files_objects})
 link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
 link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 
@@ -153,7 +153,7 @@ link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_obje
 set(link_flags -Wl,--shared-memory -Wl,--import-memory
   -Wl,--initial-memory=33554432 -Wl,--max-memory=4294901760 -Wl,--export=__stack_pointer)
 list(INSERT runtime 1 ${runtime_of_threads})
-link_wasm(core.mesh.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+link_wasm(core.mesh.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${files_objects})
 link_wasm(core.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 add_custom_target(wasm ALL DEPENDS ${wasm_modules})
 install(FILES ${wasm_modules} DESTINATION ${viewer})

@@ -33,10 +33,11 @@ import { readFile } from "/files/read.js";
 import { GBuffer } from "/picture/gbuffer.js";
 import { buildScene } from "/tracing/scene.js";
 
-const core = loadCore("core", false);
+const cores = { core: loadCore("core", false), mesh: loadCore("core.mesh", false) };
 onmessage = async ({ data: { file, name, beside, height, width, camera } }) => {
   try {
-    const instance = await core, bytes = await (await fetch(file)).arrayBuffer();
+    const instance = await (/\\.(ply|obj|stl|off|glb|gltf)$/i.test(name) ? cores.mesh : cores.core);
+    const bytes = await (await fetch(file)).arrayBuffer();
     const others = beside.map(([name, url]) => ({ name, arrayBuffer: async () => (await fetch(url)).arrayBuffer() }));
     const description = await readFile(instance, name, bytes, new Beside(others));
     const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width, scene.layout);

@@ -180,7 +180,8 @@ export class Viewing {
   read(name, source, { yUp = false, beside = [] } = {}) {
     // Resolve relative addresses against the page: the reading worker has another base.
     const whole = typeof source === "string" ? new URL(source, document.baseURI).href : source;
-    return this.#replace((pool) => pool.read(name, whole, yUp, beside));
+    const module = compiledCore(MESHES.test(name) ? "core.mesh" : this.core); // only core.mesh reads these
+    return this.#replace((pool) => pool.read(name, whole, yUp, beside, module));
   }
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */

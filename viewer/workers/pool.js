@@ -147,9 +147,10 @@ export class Pool {
    * @param {Blob | string} source or its address
    * @param {boolean} yUp whether y is up in the file
    * @param {File[]} beside files opened together with it
+   * @param {Promise<WebAssembly.Module>} module of the core that reads it
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source, yUp, beside) {
+  async read(name, source, yUp, beside, module) {
     const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // awaited below
     const reader = this.#reader;
@@ -163,7 +164,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await this.#module }, [port]);
+      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await module }, [port]);
       const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);

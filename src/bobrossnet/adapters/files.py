@@ -5,7 +5,6 @@ PLY, OBJ, STL, OFF and glTF are read in the core, as in the page. 3MF is read he
 
 from __future__ import annotations
 
-import logging
 import os
 import threading
 import warnings
@@ -34,7 +33,6 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
-from bobrossnet.support import interrupts
 from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
 from bobrossnet.support.messages import name_of, one_line
 from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
@@ -233,9 +231,8 @@ def _read_mesh(path: str | bytes | os.PathLike[Any], shapes: list[Instance] | No
             raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
-        with interrupts.heard("trimesh"):
-            read = joined(read_3mf(file, shapes) if ending == ".3mf" else MESH_READERS[ending](file))
-            drawn = read.drawn() if len(read.part.triangles) or not shapes else read
+        read = joined(read_3mf(file, shapes) if ending == ".3mf" else MESH_READERS[ending](file))
+        drawn = read.drawn() if len(read.part.triangles) or not shapes else read
     total = len(read.part.triangles)
     if dropped := total - len(drawn.part.triangles):
         warnings.warn(
@@ -270,7 +267,7 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
 
 
 _ONE_AT_A_TIME = threading.RLock()
-"""How warnings and logs are told is the process's: of two threads each would undo what the other has set."""
+"""Filters of warnings belong to the process: of two threads, each would undo the other's."""
 
 if hasattr(os, "register_at_fork"):  # a forked process has none of the threads that may hold it
     os.register_at_fork(after_in_child=_ONE_AT_A_TIME._at_fork_reinit)  # type: ignore[attr-defined]
@@ -278,22 +275,10 @@ if hasattr(os, "register_at_fork"):  # a forked process has none of the threads 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hold back trimesh's log and numpy's warnings about odd numbers: what fails becomes an error. What was left out of
-    the file is told afterwards."""
-    with _ONE_AT_A_TIME:
-        # Not `disabled`, which would not hold for the loggers of trimesh's modules: these hand their records up here.
-        logger, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
-        before, logger.propagate = logger.propagate, False
-        logger.addHandler(nowhere)
-        try:
-            with warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
-                warnings.simplefilter("always")
-                # numpy 1 warns and continues with half the numbers of a text; numpy 2 raises.
-                warnings.filterwarnings("error", message="string or file could not be read")
-                yield
-        finally:
-            logger.removeHandler(nowhere)
-            logger.propagate = before
+    """Hold back numpy's warnings about odd numbers, and tell the readers' own afterwards."""
+    with _ONE_AT_A_TIME, warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
+        warnings.simplefilter("always")
+        yield
     for warning in told:
         if isinstance(warning.message, InputWarning):
             warnings.warn(warning.message, stacklevel=6)
