@@ -21,6 +21,7 @@ from processes import COMMAND, running
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.command_line import cli
+from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.export import export
 from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, page_files
 from bobrossnet.page.server import Server, own_hosts
@@ -68,7 +69,7 @@ def test_files_are_served_as_what_they_are(ask):
     ):
         status, headers, body = ask(path)
         file = Path(path.partition("?")[0])
-        folder = VIEWER.parent if file.parts[1] == "weights" else VIEWER
+        folder = WEIGHTS.parent if file.parts[1] == "weights" else VIEWER
         assert (status, headers["Content-Type"]) == (200, kind)
         assert body == (folder / file.relative_to("/")).read_bytes()
         assert ask(path, "HEAD")[2] == b""
