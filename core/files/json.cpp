@@ -127,7 +127,7 @@ std::string JsonValue::brief() const {
     };
     if (!value) return "none";
     if (yyjson_is_raw(value)) return cut({yyjson_get_raw(value), yyjson_get_len(value)});
-    if (const auto own = text()) return "'" + cut(*own) + "'";
+    if (const auto own = text()) return std::string("'").append(cut(*own)).append("'");
     if (const auto own = truth()) return *own ? "true" : "false";
     return is_list() ? "a list" : is_object() ? "an object" : "null";
 }
