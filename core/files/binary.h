@@ -24,7 +24,7 @@ T load(const std::uint8_t* bytes, bool is_big) {
 /// A column of float32 of low byte first, in rows of `stride` bytes, to one of (rows, width).
 void read_floats(const std::uint8_t* from, std::size_t stride, std::size_t rows, double* to, std::size_t width);
 
-/// Rows of a byte that is 3 and three indices of 32 bits, as far as they go and reach. Returns how many. to: (rows, 3).
+/// Leading rows of a byte 3 and three indices of 32 bits, within the data. Returns how many. to: (rows, 3).
 std::size_t read_triples(Bytes bytes, std::size_t rows, bool is_big, std::int32_t* to);
 
 }  // namespace bob::files

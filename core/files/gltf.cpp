@@ -1,4 +1,4 @@
-/// glTF 2.0 and GLB: the triangles that a scene shows, in the pose in which the file stores them, z up.
+/// glTF 2.0 and GLB: the triangles of a scene in its stored pose, z up.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -105,7 +105,7 @@ bool is_known(std::string_view extension) {
     return extension.starts_with("KHR_materials_") || std::ranges::find(known, extension) != std::end(known);
 }
 
-/// Extensions that are read, or that describe without a look of their own.
+/// Extensions that are read, or that do not change the picture.
 bool is_shown(std::string_view extension) {
     constexpr std::string_view shown[] = {"EXT_instance_features", "EXT_mesh_features", "EXT_mesh_gpu_instancing", "EXT_structural_metadata",
                                           "KHR_draco_mesh_compression", "KHR_node_visibility", "KHR_xmp_json_ld"};
@@ -114,7 +114,7 @@ bool is_shown(std::string_view extension) {
 
 enum Mode { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
-/// The three corners of each triangle, out of those that a primitive stores.
+/// The three corners of each triangle of a primitive.
 Numbers<std::int32_t> corners_of(const Numbers<std::int32_t>& stored, Mode mode) {
     Numbers<std::int32_t> result;
     if (mode == triangles) {
@@ -487,7 +487,7 @@ void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stor
     }
 }
 
-/// Moves vertices by the joints that hold them, as far as each does. NaN, which is left out later, where a joint is missing.
+/// Moves vertices by the weighted mean of their joints' matrices. NaN, which is left out later, where a joint is missing.
 void Scene::pose(Primitive& primitive, JsonValue stored, const Joints& joints) const {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = primitive.vertices.size() / 3;
@@ -621,7 +621,7 @@ Contents read_glb(Bytes bytes, Beside& beside) {
     const std::uint64_t size = number_at(bytes, 8), start = head + chunk_head, end = start + number_at(bytes, head);
     if (size > bytes.size() || end > size) expect_bytes("its head", std::max(size, end), bytes.size());
     if (name_at(bytes, 16) != "JSON") refuse({"expected a first chunk of JSON, got one of ", quoted(name_at(bytes, 16))});
-    // A buffer without a name is the chunk after the JSON, if that is of this kind; chunks of other kinds do not matter.
+    // A buffer without a name is the chunk of this kind after the JSON; other chunks are ignored.
     Bytes chunk;
     if (end + chunk_head <= size && name_at(bytes, end + 4) == std::string_view("BIN\0", 4)) {
         const std::uint64_t length = number_at(bytes, end), last = end + chunk_head + length;

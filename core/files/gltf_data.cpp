@@ -121,7 +121,7 @@ std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
 
 namespace {
 
-/// The bytes of a text in which "%20" stands for a space.
+/// The bytes of a text with "%20" decoded to a space.
 std::string unescaped(std::string_view text) {
     const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; };
     std::string result;
@@ -299,7 +299,7 @@ Bytes GltfData::view(std::size_t number) const {
     return view.compression.empty() ? buffers_[view.buffer].subspan(view.offset, view.length) : Bytes();
 }
 
-/// Copies the numbers of a block to rows of its width; to all rows in turn if there are none.
+/// Copies the numbers of a block to the given rows of its width, or to all rows if none are given.
 void GltfData::copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const {
     const Bytes bytes = view(block.view);
     if (bytes.empty()) refuse({"expected plain vertices and indices, got ", views_[block.view].compression, "; export without compression"});

@@ -46,7 +46,7 @@ void check_count(std::string_view name, std::size_t count);
 /// Bytes in base64; nothing if the text is something else.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);
 
-/// The path that a URI names, in which "%20" stands for a space.
+/// The path of a URI, with "%20" decoded to a space.
 [[nodiscard]] std::string path_of_uri(std::string_view uri);
 
 /// What a "data:" URI holds; nothing of another URI. Throws std::invalid_argument if its base64 is none.
@@ -73,7 +73,7 @@ public:
     GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside);
 
     [[nodiscard]] JsonValue root() const { return document_.root(); }
-    /// An item of a list of the root; a missing value if there is none.
+    /// An item of a list of the root; a missing value if absent.
     [[nodiscard]] JsonValue item(std::string_view list, JsonValue number) const;
     /// The items of a list of the root.
     [[nodiscard]] const std::vector<JsonValue>& list(std::string_view name) const;
@@ -89,7 +89,7 @@ public:
 
     /// The bytes of an image's view. Throws std::invalid_argument if it has none.
     [[nodiscard]] Bytes view(JsonValue number) const;
-    /// The bytes of a view; none if only its compressed form is there.
+    /// The bytes of a view; no value if only its compressed form exists.
     [[nodiscard]] Bytes view(std::size_t number) const;
 
     /// Bytes in all buffers, each counted once.

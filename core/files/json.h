@@ -42,7 +42,7 @@ public:
     /// true or false.
     [[nodiscard]] std::optional<bool> truth() const;
 
-    /// For errors: a number as it is written, a text in quotes, a word for what is longer.
+    /// For errors: a number as written, a quoted text, or a word for longer values.
     [[nodiscard]] std::string brief() const;
 
 private:

@@ -104,7 +104,7 @@ MtlMaterial material_of(const Statements& of, std::string_view library) {
     return result;
 }
 
-/// The libraries of a line: one whose name may have spaces, or several if there is none of that name.
+/// The libraries of a line: one name with spaces, or several names if that file is missing.
 std::vector<std::string> libraries(const std::string& line, Beside& beside) {
     const std::string whole = path_of(line);
     if (whole.empty()) return {};

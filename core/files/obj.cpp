@@ -29,7 +29,7 @@ std::string joined_lines(std::string_view text) {
     return result;
 }
 
-/// The vertices of a part: the triples of point, place on a texture and normal that corners name, in the order in which they come.
+/// The vertices of a part: distinct triples of point, texture coordinates and normal, in order of appearance.
 class Vertices {
 public:
     using Corner = std::array<std::int32_t, 3>;
@@ -157,7 +157,7 @@ public:
     }
 
 private:
-    /// The number of the material in use, of those that faces have.
+    /// The number of the current material among those of faces.
     std::int32_t material() {
         if (used_) {
             std::string own = utf8(*used_);
@@ -176,7 +176,7 @@ private:
         for (int k = 0; k < width; ++k) to.push_back(is_whole ? number_of(own[static_cast<std::size_t>(k)]) : nan);
     }
 
-    /// A point, and the three numbers behind it if there are so many: its colour, in sRGB.
+    /// A point, and its colour in sRGB if three more numbers follow.
     void add_point(Words& words) {
         const std::size_t point = points_.size();
         add_vector(words, points_, 3);
@@ -218,7 +218,7 @@ private:
         Surface surface;
         surface.name = name;
         surface.material = material.reflecting;
-        surface.replaces_color = true;  // exporters write any Kd beside a texture, and importers such as Blender's do not look at it
+        surface.replaces_color = true;  // exporters write any Kd next to a texture, and importers such as Blender's ignore it
         surface.opacity = Opacity::translucent;
         const auto layer = [&](const Map& map) {
             Layer result;

@@ -16,7 +16,7 @@ struct Kind {
     bool has_texture_coordinates = false, has_colors = false, has_normals = false, is_homogeneous = false, has_dimension = false;
 };
 
-/// Reads the first word, in which each letter has its place, and takes it from the text. Some writers put a number right behind it.
+/// Reads the first word, letter by letter in fixed order, and removes it from the text. Some writers put a number right behind it.
 Kind take_kind(std::string_view& text) {
     Kind kind;
     std::string_view rest = text;

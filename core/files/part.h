@@ -92,7 +92,7 @@ struct Placement {
 /// Everything that a file shows.
 struct Contents {
     std::vector<Part> parts;
-    std::vector<Placement> placements;  // if there are none, each part is shown once as it is
+    std::vector<Placement> placements;  // if empty, each part is shown once, untransformed
     std::vector<Surface> surfaces;
     std::vector<Image> images;
     std::vector<std::string> warnings;  // a line each, without the file's name

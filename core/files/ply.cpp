@@ -58,9 +58,9 @@ std::size_t size_of(Type type) {
     return sizes[static_cast<std::size_t>(type)];
 }
 
-/// All of a colour; 0 of types in which files store it in several ways.
+/// The full value of a colour; 0 for types with several conventions.
 double full_of(Type type) { return type == Type::i1 ? 127 : type == Type::u1 ? 255 : 0; }
-/// The largest number of a type; 255 of those that are no integers.
+/// The largest number of an integer type; 255 of other types.
 double most_of(Type type) {
     const bool is_integer = type < Type::f4, is_signed = static_cast<int>(type) % 2 == 0;
     return is_integer ? std::ldexp(1, static_cast<int>(8 * size_of(type)) - is_signed) - 1 : 255;
@@ -136,7 +136,7 @@ std::pair<std::size_t, std::size_t> end_of_header(std::string_view text) {
     refuse({"expected a PLY header that ends in end_header, got none"});
 }
 
-/// A list takes at least its length; a number in a text at least a digit and a space, but for the last.
+/// A list takes at least its length, and a number of a text a digit and a space, except the last.
 void check_size(const Header& header, std::size_t left) {
     double smallest = 0;
     std::string declared;
@@ -214,7 +214,7 @@ public:
     virtual double number(Type type) = 0;
     virtual double length(Type type) = 0;
     virtual void skip(Type type, double count) = 0;
-    /// Reads rows in a quicker way as far as they go, and returns how many.
+    /// Reads leading rows of a common layout quickly; returns their number.
     virtual std::uint64_t read_quickly(const Element&, std::span<const Target>) { return 0; }
 };
 
@@ -389,7 +389,7 @@ void add_strips(const Numbers<std::int32_t>& corners, const Numbers<std::int32_t
     }
 }
 
-/// The names of an element's colours, and whether they are in sRGB; none if it has no colours.
+/// The names of an element's colours, and whether they are in sRGB; empty without colours.
 std::pair<const Names*, bool> color_names(const Element& element) {
     for (const Names& names : srgb_names) {
         if (element.has(names)) return {&names, true};
@@ -462,7 +462,7 @@ Tables read_tables(const Header& header, Source& source, std::size_t most) {
     return tables;
 }
 
-/// Gives each corner a vertex of its own, with a place on a texture.
+/// Gives each corner its own vertex, with texture coordinates.
 void spread(Part& part, Polygons& faces, Numbers<double>&& corner_uv) {
     part.vertices = picked(part.vertices, 3, faces.corners);
     if (!part.normals.empty()) part.normals = picked(part.normals, 3, faces.corners);
@@ -507,7 +507,7 @@ Contents read_ply(Bytes bytes, Beside&) {
     for (auto& uv : part.uv) {
         for (std::size_t i = 1; i < uv.size(); i += 2) uv[i] = 1 - uv[i];  // places are counted from the bottom up
     }
-    // Colours of vertices stand for those of faces.
+    // Vertex colours take precedence over face colours.
     if (part.colors.empty() && !tables.face_colors.empty()) part.face_colors = of_triangles(std::move(tables.face_colors), 3, faces);
     Numbers<double> numbers = tables.numbers.empty() ? Numbers<double>() : of_triangles(std::move(tables.numbers), 1, faces);
     if (std::ranges::all_of(faces.sizes, [](std::int32_t size) { return size == 3; })) faces.sizes.clear();

@@ -10,7 +10,7 @@
 namespace bob::files {
 namespace {
 
-/// Twice the area by which a triangle may be turned over, in squares of the polygon's extent. Smaller: rounded corners on a line, as
+/// Twice the tolerated area of a flipped triangle, in squares of the polygon's extent. Smaller: rounded corners on a line, as
 /// float32 has them, cost a clipping each. Larger: folds of a thousandth of the extent stay.
 constexpr double fold = 1e-6;
 

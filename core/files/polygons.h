@@ -15,7 +15,7 @@ struct Polygons {
     Numbers<std::int32_t> sizes;  // corners of each polygon; empty if all are triangles
 
     void add(std::span<const std::int32_t> polygon);
-    /// Triangles in a polygon, of which there are 2 fewer than corners, and 0 in one of less than 3.
+    /// Triangles of a polygon: 2 fewer than corners, and 0 below 3 corners.
     [[nodiscard]] static std::size_t triangles(std::int32_t size) { return size < 3 ? 0 : static_cast<std::size_t>(size - 2); }
 };
 

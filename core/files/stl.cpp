@@ -1,4 +1,4 @@
-/// STL, text and binary. Its normals, one for each face, are those of the triangles, and are left out.
+/// STL, text and binary. Its face normals equal the triangles' normals and are left out.
 #include <stdexcept>
 
 #include "base/interruption.h"

@@ -9,7 +9,7 @@
 
 namespace bob::files {
 
-/// Joins the vertices that STL repeats for every triangle, in the order in which they come first.
+/// Joins the repeated vertices of STL, in order of first appearance.
 class Welding {
 public:
     /// corners: how many there will be, about.
