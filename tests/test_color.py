@@ -69,7 +69,7 @@ def test_metallic_or_roughness_chooses_the_model():
         ({"metallic": 2}, r"metallic: expected a number in \[0, 1\], got 2"),
         ({"roughness": -1}, r"roughness: expected a number in \[0, 1\], got -1"),
         ({"metallic": 1, "shininess": 5}, "material: expected metallic and roughness, or ambient, .+, got both"),
-        ({"emissive": "red"}, "emissive: expected #rrggbb, a CSS name or 3 numbers, got 'red'"),
+        ({"emissive": "rot"}, "emissive: expected #rrggbb, a CSS name or 3 numbers, got 'rot'"),
         ({"color": "#abcd"}, "color: expected #rrggbb, a CSS name or 3 numbers, got '#abcd'"),
     ],
 )
@@ -487,7 +487,7 @@ def test_pictures_show_and_write_themselves(scene, tmp_path):
     ("arguments", "message"),
     [
         ({"samples": 0}, "samples: expected an integer in 1..64, got 0"),
-        ({"background": "white"}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'white'"),
+        ({"background": "weiss"}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'weiss'"),
         ({"background": 3}, "background: expected #rrggbb, a CSS name or 3 numbers, got 3"),
         ({"background": ("#fff", "x")}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'x'"),
     ],

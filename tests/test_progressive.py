@@ -177,7 +177,7 @@ def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
     [
         ({}, "progressive: expected either a scene or a tracer, got neither"),
         ({"scene": 1, "tracer": flat_tracer}, "progressive: expected either a scene or a tracer, got both"),
-        ({"scene": "bunny.ply"}, "shapes: expected a shape or several, got str"),
+        ({"scene": "nothing.ply"}, "nothing.ply: expected a file, found nothing at nothing.ply"),
         ({"tracer": 5}, "tracer: expected a callable, got int"),
         ({"tracer": flat_tracer, "camera": bob.Camera()}, "camera: expected none beside a tracer"),
         (
@@ -202,8 +202,8 @@ def test_bad_arguments_are_named_at_once(arguments, message):
     ("tracer", "message"),
     [
         (
-            lambda pixels: np.zeros(len(pixels)),
-            "tracer: expected it to return bobrossnet.Samples, got ndarray",
+            lambda pixels: [0.0] * len(pixels),
+            "tracer: expected it to return bobrossnet.Samples, got list",
         ),
         (
             lambda pixels: flat_tracer(pixels[1:]),

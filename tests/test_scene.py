@@ -446,7 +446,7 @@ SINGULAR = np.diag([1.0, 0, 1, 1])
         (lambda: bob.Scene([]), "shapes: expected at least one shape, got none"),
         (lambda: bob.Scene([[], [[]]]), "shapes: expected at least one shape, got none"),
         (lambda: bob.Scene([cube(), 3]), "shapes: expected a shape or several, got int among them"),
-        (lambda: bob.Scene([["bunny.ply"]]), "shapes: expected a shape or several, got str among them"),
+        (lambda: bob.Scene([["nothing.ply"]]), "nothing.ply: expected a file, found nothing at nothing.ply"),
         (
             lambda: bob.Scene(bob.Mesh((2 * np.eye(3) - 1) * 1.7e308, [[0, 1, 2]])),
             "shapes: expected a radius that float64",
