@@ -43,7 +43,8 @@ FILES = """async ([file, beside]) => {
   const last = (path) => path.split("/").at(-1);
   const others = new Beside(beside.map((other) => ({ name: last(other), arrayBuffer: () => fetched(other) })));
   try {
-    const { shapes, instances, warnings } = await readFile(await loadCore("core.mesh"), last(file), await fetched(file), others);
+    const core = await loadCore("core.mesh");
+    const { shapes, instances, warnings } = await readFile(core, last(file), await fetched(file), others);
     const of = ({ vertices, triangles, colors = [], uv = [], texture = [] }, i) => ({
       vertices: [...vertices], triangles: [...triangles], colors: [...colors], uv: [...uv], texels: [...texture],
       color: [...instances[i].material.color],
