@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from loaded import area_of, told
 
 import bobrossnet as bob
 
@@ -43,25 +43,13 @@ def package(folder: Path, parts: dict[str, str]) -> Path:
     return folder / "a.3mf"
 
 
-def told(file: Path) -> tuple[bob.Scene, list[str]]:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        scene = bob.load(file)
-    return scene, [str(warning.message) for warning in caught]
-
-
-def area(mesh: bob.Mesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.triangles], 1, 0)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
-
-
 @pytest.mark.parametrize("name", ["3mf-slices/box", "3mf-build-of-parts/box", "3mf-names/space"])
 def test_a_cube(name: str) -> None:
     scene, warned = told(CASES / f"{name}.3mf")
     (instance,) = scene.instances
     assert isinstance(instance.shape, bob.Mesh)
     assert warned == []
-    assert area(instance.shape) == pytest.approx(6)
+    assert area_of(instance.shape) == pytest.approx(6)
     assert np.ptp(instance.shape.vertices, axis=0).tolist() == [1, 1, 1]
 
 
@@ -87,7 +75,7 @@ def test_corners_blend() -> None:
     (instance,) = scene.instances
     assert isinstance(instance.shape, bob.Mesh)
     assert warned == []
-    assert area(instance.shape) == pytest.approx(6)
+    assert area_of(instance.shape) == pytest.approx(6)
     assert instance.shape.colors is not None
     assert instance.shape.colors[instance.shape.triangles].tolist() == [np.eye(3).tolist()] * 12
 
@@ -177,7 +165,7 @@ def test_a_floor_and_beams() -> None:
     assert warned == []
     assert isinstance(floor.shape, bob.Mesh)
     assert isinstance(beams.shape, bob.Tube)
-    assert area(floor.shape) == pytest.approx(1)
+    assert area_of(floor.shape) == pytest.approx(1)
     assert len(beams.shape.control_points) == 24
     assert set(beams.shape.radii.tolist()) == {0.08}
     mesh = beams.shape.mesh()
@@ -260,5 +248,5 @@ def test_beams_trace_as_single_tubes() -> None:
     edges = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     assert set(np.unique(edges, axis=0, return_counts=True)[1].tolist()) == {2}
     parts = [part.mesh(step=2 / 64) for part in single]
-    a, b = area(tube.mesh(step=2 / 64)), sum(map(area, parts))
+    a, b = area_of(tube.mesh(step=2 / 64)), sum(map(area_of, parts))
     assert a == pytest.approx(b, rel=1e-3)

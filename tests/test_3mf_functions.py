@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 import zipfile
 from collections.abc import Callable
 from itertools import product
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loaded import told
 from numpy.typing import NDArray
 
 import bobrossnet as bob
@@ -345,10 +345,8 @@ def test_functions_of_images_are_named(tmp_path: Path) -> None:
     nodes = [node("length", POS), node("constant", value="2"), node("subtraction", "A=n0 B=n1")]
     ball = function("4", nodes, {"shape": "n2.result"})
     volume = "<v:volumedata id='7'><v:color functionid='5' channel='color'/></v:volumedata>"
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        bob.load(file(tmp_path, image + ball + volume, "functionid='4' channel='shape' volumeid='7'"))
-    assert [str(each.message) for each in caught] == ["a.3mf: left out colours of images in space (1)"]
+    _, warned = told(file(tmp_path, image + ball + volume, "functionid='4' channel='shape' volumeid='7'"))
+    assert warned == ["a.3mf: left out colours of images in space (1)"]
 
 
 # ---- Written ---------------------------------------------------------------------------------------------

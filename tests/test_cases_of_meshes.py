@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loaded import area
 
 import bobrossnet as bob
 from bobrossnet.color import from_srgb
@@ -54,11 +55,6 @@ FILES = """async ([file, beside]) => {
     return { error: error.message };
   }
 }"""
-
-
-def area(vertices, triangles):
-    a, b, c = vertices[triangles].transpose(1, 0, 2)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
 
 
 def facts(meshes):

@@ -7,7 +7,6 @@ import io
 import json
 import struct
 import time
-import warnings
 import zipfile
 from functools import partialmethod
 from pathlib import Path
@@ -15,12 +14,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loaded import told
 from models import MODELS, needs_models
 from numpy.typing import NDArray
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet import InputWarning
 from bobrossnet.color import from_srgb
 from bobrossnet.shapes.mesh import Mesh
 
@@ -44,13 +43,6 @@ def mesh_of(path: Path) -> Mesh:
     (instance,) = bob.load(path).instances
     assert isinstance(instance.shape, Mesh)
     return instance.shape
-
-
-def told(path: Path) -> tuple[bob.Scene, list[str]]:
-    with warnings.catch_warnings(record=True) as found:
-        warnings.simplefilter("always")
-        scene = bob.load(path)
-    return scene, [str(warning.message) for warning in found if warning.category is InputWarning]
 
 
 def seen(scene: Any, size: tuple[int, int] = (40, 40)) -> NDArray[np.float32]:

@@ -6,13 +6,13 @@ import base64
 import itertools
 import json
 import time
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from gltf_cases import CASES, QUADRANTS, Case
+from loaded import area_of, told
 from numpy.typing import NDArray
 
 import bobrossnet as bob
@@ -24,21 +24,9 @@ COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint3
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
-def told(file: Path) -> tuple[bob.Scene, list[str]]:
-    with warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always")
-        scene = bob.load(file)
-    return scene, [str(warning.message) for warning in warned]
-
-
 def mesh_of(instance: bob.Instance) -> Mesh:
     assert isinstance(instance.shape, Mesh)
     return instance.shape
-
-
-def area_of(mesh: Mesh) -> float:
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 @pytest.mark.parametrize(("name", "case"), CASES.items(), ids=CASES)
