@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bobrossnet.command_line import arguments
-from bobrossnet.command_line.report import STANDARD_OUTPUT, Report, add_report, plural
+from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
@@ -113,10 +112,8 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.picture.files import (
         FORMATS,
         color_to_8_bit,
-        png,
         side_by_side,
         traced_on_green,
-        write_picture,
     )
     from bobrossnet.pictures.fitting import fitted, margin_of
     from bobrossnet.pictures.rendering import check_picture, finished
@@ -126,8 +123,7 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     told = Report(options)
-    to_stdout = options.out == STANDARD_OUTPUT
-    out = Path(".png") if to_stdout else check_writable(options.out, "a picture", (*FORMATS, ENDING))
+    out = Path(".png") if told.to_stdout else check_writable(options.out, "a picture", (*FORMATS, ENDING))
     is_exr = out.suffix.lower() == ENDING
     _settle(options, is_exr)
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
@@ -202,11 +198,8 @@ def run(options: argparse.Namespace) -> None:
         told.line(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:
         write_exr(out, channels_of(part, image, model))
-    elif to_stdout:
-        sys.stdout.buffer.write(png(picture))
-    else:
-        write_picture(out, picture)
-    told.line(f"wrote      {'standard output' if to_stdout else out}")
+    name = out if is_exr else told.write(picture)
+    told.line(f"wrote      {name}")
     told.fields |= {
         "picture": options.out,
         "size": [width, height],

@@ -7,6 +7,8 @@ import json
 import sys
 from typing import Any
 
+from bobrossnet.picture.files import U8, png, write_picture
+
 STANDARD_OUTPUT = "-"
 
 
@@ -18,7 +20,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 
 class Report:
-    """Lines and fields of one command; on stderr if its result is written to standard output.
+    """Lines and fields of one command, and its picture; lines are on stderr if the picture is on standard output.
 
     Parameters
     ----------
@@ -29,12 +31,21 @@ class Report:
     def __init__(self, options: argparse.Namespace) -> None:
         self.fields: dict[str, Any] = {}
         self._options = options
-        self._stream = sys.stderr if getattr(options, "out", None) == STANDARD_OUTPUT else sys.stdout
+        self.to_stdout = getattr(options, "out", None) == STANDARD_OUTPUT
+        self._stream = sys.stderr if self.to_stdout else sys.stdout
 
     def line(self, text: str = "") -> None:
         """A line for people."""
         if not (self._options.json or self._options.quiet):
             print(text, file=self._stream)
+
+    def write(self, picture: U8) -> str:
+        """Write (H, W, 3) or (H, W, 4) uint8 to `out`, and return its name for people."""
+        if not self.to_stdout:
+            write_picture(self._options.out, picture)
+            return str(self._options.out)
+        sys.stdout.buffer.write(png(picture))
+        return "standard output"
 
     def end(self) -> None:
         """Print the fields, if they were asked for."""
