@@ -8,7 +8,6 @@ from PIL import Image, ImageDraw
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
-from bobrossnet.pictures.sheets import extent
 from bobrossnet.sdf import box, cylinder, sphere
 
 BLOCK = bob.Mesh(
@@ -38,11 +37,11 @@ def drawn_box(picture):
 
 
 def test_extents():
-    low, high = extent(BLOCK)
+    low, high = bob.Scene(BLOCK).extent
     assert np.array_equal(low, (0, 0, 0))
     assert np.array_equal(high, (4, 2, 1))
     for shape, expected in ((sphere(1), (2, 2, 2)), (box((1, 2, 3)), (1, 2, 3)), (cylinder(0.5) & box(2), (1, 1, 2))):
-        assert np.allclose(extent(shape).size, expected, rtol=1e-4)
+        assert np.allclose(bob.Scene(shape).extent.size, expected, rtol=1e-4)
 
 
 def test_dimensions_are_written(words):

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.picture.camera import Camera
-from bobrossnet.pictures.sheets import VIEWS, extent
+from bobrossnet.pictures.sheets import VIEWS
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene
 
 MAX_PARTS = 200
@@ -23,7 +23,7 @@ SIDE = 256
 
 def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
     """What is in a scene: kinds, sizes, parts, and the volume of closed meshes, in the scene's units."""
-    box = extent(scene)
+    box = scene.extent
     parts = []
     for instance, (low, high) in zip(scene.instances[:MAX_PARTS], scene.boxes, strict=False):
         part: dict[str, Any] = {"name": instance.name, "kind": instance.shape.kind}
@@ -31,7 +31,7 @@ def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
         part["bounds"] = [_rounded(low), _rounded(high)]
         if isinstance(instance.shape, Mesh):
             volume = closed_volume(mapped(instance.transform, instance.shape.vertices), instance.shape.triangles)
-            part |= {"closed": volume is not None, "volume": None if volume is None else float(f"{volume:.6g}")}
+            part |= told_volume(volume)
             if volume is not None and volume * np.linalg.det(instance.transform[:3, :3]) < 0:
                 part["inside_out"] = True
         parts.append(part)
@@ -58,8 +58,13 @@ def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
+def told_volume(volume: float | None) -> dict[str, Any]:
+    """What agents are told of a `closed_volume`."""
+    return {"closed": volume is not None, "volume": None if volume is None else rounded(volume)}
+
+
 def compared(first: Scene, second: Scene) -> dict[str, Any]:
-    """How two scenes differ as they stand: by silhouettes and depths from six sides.
+    """How two scenes differ as they stand: by silhouettes and depths in all `VIEWS`.
 
     Returns
     -------
@@ -67,18 +72,13 @@ def compared(first: Scene, second: Scene) -> dict[str, Any]:
         For each view the silhouettes' intersection over union and the largest difference of depth, in units, where both
         have a surface; and the sizes.
     """
-    boxes = extent(first), extent(second)
+    boxes = first.extent, second.extent
     low, high = np.minimum(boxes[0].low, boxes[1].low), np.maximum(boxes[0].high, boxes[1].high)
     center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-300)
-    views = {}
+    views, size = {}, (SIDE, SIDE)
     for name, (azimuth, elevation) in VIEWS.items():
-        core = Camera(azimuth, elevation).core(tuple(center), radius)
-        pixels = tiled_pixels((SIDE, SIDE)).astype(np.float32)
-        near, far = (
-            core.points(SIDE, SIDE, np.column_stack([pixels, np.full(len(pixels), depth, np.float32)])).astype(float)
-            for depth in (1, 0)
-        )
-        depths = [scene.closest_hits(near * radius + center, far - near).distance for scene in (first, second)]
+        _, origins, directions = pixel_rays(Camera(azimuth, elevation), center, radius, size, tiled_pixels(size))
+        depths = [scene.closest_hits(origins, directions).distance for scene in (first, second)]
         hit = [np.isfinite(depth) for depth in depths]
         both = hit[0] & hit[1]
         union = int((hit[0] | hit[1]).sum())
@@ -89,5 +89,10 @@ def compared(first: Scene, second: Scene) -> dict[str, Any]:
     return {"size": [_rounded(box.size) for box in boxes], "views": views}
 
 
+def rounded(number: float) -> float:
+    """A length in six digits: single precision has no more."""
+    return float(f"{number:.6g}")
+
+
 def _rounded(numbers: Any) -> list[float]:
-    return [float(f"{number:.6g}") for number in numbers]
+    return [rounded(number) for number in numbers]

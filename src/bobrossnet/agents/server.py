@@ -13,7 +13,7 @@ from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
-from bobrossnet.agents.measures import closed_volume, compared, described
+from bobrossnet.agents.measures import closed_volume, compared, described, rounded, told_volume
 from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace, axes
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import before, png, sheet
@@ -97,17 +97,12 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     def measure(first: list[int], second: list[int]) -> dict[str, Any]:
         """Distance and offset between the points at two pixels, [row, column], of the last picture of a single view,
         and the angle between their normals in degrees."""
-        hits = [_last(space).pick(*_pixel(name, pixel)) for name, pixel in (("first", first), ("second", second))]
-        for name, hit in zip(("first", "second"), hits, strict=True):
-            if hit is None:
-                raise InputError(f"{name}: expected a pixel with a surface, got background")
-        a, b = hits
-        assert a is not None and b is not None  # noqa: PT018  for mypy
+        a, b = _hit(space, "first", first), _hit(space, "second", second)
         offset = np.subtract(b["point"], a["point"])
         cosine = float(np.clip(np.dot(a["normal"], b["normal"]), -1, 1))
         return {
-            "distance": float(f"{np.linalg.norm(offset):.6g}"),
-            "offset": [float(f"{value:.6g}") for value in offset],
+            "distance": rounded(float(np.linalg.norm(offset))),
+            "offset": [rounded(value) for value in offset],
             "angle": round(float(np.degrees(np.arccos(cosine))), 2),
             "first": a,
             "second": b,
@@ -135,12 +130,10 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         path = check_mesh_path(space.path(out))
         triangles = scene.mesh(step)
         triangles.save(path)
-        volume = closed_volume(triangles.vertices, triangles.triangles)
         return {
             "file": str(path),
             "triangles": len(triangles.triangles),
-            "closed": volume is not None,
-            "volume": None if volume is None else float(f"{volume:.6g}"),
+            **told_volume(closed_volume(triangles.vertices, triangles.triangles)),
             "warnings": warnings,
         }
 
@@ -153,10 +146,15 @@ def _last(space: Workspace) -> Look:
     return space.last
 
 
-def _pixel(name: str, pixel: list[int]) -> tuple[int, int]:
+def _hit(space: Workspace, name: str, pixel: list[int]) -> dict[str, Any]:
+    """The surface at a pixel, [row, column], of the last picture; `name` is the argument's."""
+    look = _last(space)
     if len(pixel) != 2:
         raise InputError(f"{name}: expected [row, column], got {pixel!r}")
-    return pixel[0], pixel[1]
+    hit = look.pick(*pixel)
+    if hit is None:
+        raise InputError(f"{name}: expected a pixel with a surface, got background")
+    return hit
 
 
 def _same_view(camera: Camera, reference: Scene, scene: Scene) -> Camera:

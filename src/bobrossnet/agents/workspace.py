@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.files import load
 from bobrossnet.adapters.script import shape_of_script
+from bobrossnet.agents.measures import rounded
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.messages import one_line
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.pixels import pixel_rays
 from bobrossnet.tracing.scene import Scene
 from bobrossnet.tracing.trace import SceneTracer
 
@@ -53,24 +55,21 @@ class Look:
         height, width = self.size
         if not (0 <= row < height and 0 <= column < width):
             raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
-        toward = axes(self.camera)[2]
-        core = self.camera.core(self.scene.center, self.scene.radius)
-        (near,) = core.points(height, width, np.array([(row, column, 1)], np.float32)).astype(float)
-        origin = near * self.scene.radius + self.scene.center
-        hits = self.scene.closest_hits([origin], [-toward])
-        if hits.instance[0] < 0:
+        pixel = np.array([[row, column]], np.int32)
+        _, origins, directions = pixel_rays(self.camera, self.scene.center, self.scene.radius, self.size, pixel)
+        hits = self.scene.closest_hits(origins, directions)
+        if (hits.instance < 0).all():  # also of a ray beside the scene, which is none
             return None
-        tracer = SceneTracer(self.scene, self.camera, self.size, Layout("mask,depth,normal"))
-        x, y = tracer(np.array([[row, column]], np.int32)).values[0, 2:4]
+        x, y = SceneTracer(self.scene, self.camera, self.size, Layout("mask,normal"))(pixel).values[0, 1:3]
         normal = np.array([x, y, np.sqrt(max(1 - x * x - y * y, 0))]) @ axes(self.camera)
-        point = origin - toward * hits.distance[0]
+        point = origins[0] + directions[0] / np.linalg.norm(directions[0]) * hits.distance[0]
         instance = int(hits.instance[0])
         kind = self.scene.instances[instance].shape.kind
         return {
             "part": instance,
             "name": self.scene.instances[instance].name,
             **({PRIMITIVES[kind]: int(hits.primitive[0])} if kind in PRIMITIVES else {}),
-            "point": [float(f"{value:.6g}") for value in point],
+            "point": [rounded(value) for value in point],
             "normal": [round(float(value), 4) + 0.0 for value in normal],
         }
 

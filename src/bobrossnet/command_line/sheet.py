@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 from bobrossnet.command_line import arguments
-from bobrossnet.command_line.report import STANDARD_OUTPUT, Report, add_report, plural
+from bobrossnet.command_line.report import Report, add_report, plural
+from bobrossnet.pictures.sheets import LAYOUT, VIEWS
 
 SIZE = (900, 1200)
 
@@ -26,9 +26,9 @@ def add(commands: Any) -> None:
     arguments.add_size(sheet, SIZE)
     sheet.add_argument(
         "--views",
-        default="top,isometric,front,right",
+        default=",".join(LAYOUT),
         metavar="VIEW,...",
-        help="one to six of front, back, right, left, top, bottom and isometric (default: top,isometric,front,right)",
+        help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
     sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
     sheet.add_argument("--unit", default="", help="follows the dimensions, such as mm")
@@ -42,14 +42,13 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Draw the sheet, and print the dimensions."""
     import bobrossnet as bob
-    from bobrossnet.picture.files import check_picture_path, png
-    from bobrossnet.pictures.sheets import extent
+    from bobrossnet.picture.files import check_picture_path
+    from bobrossnet.pictures.sheets import lengths
     from bobrossnet.support.machine import limit_memory
 
     limit_memory()
     report = Report(options)
-    to_stdout = options.out == STANDARD_OUTPUT
-    if not to_stdout:
+    if not report.to_stdout:
         check_picture_path(options.out)
     scene = arguments.scene_of(options)
     title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
@@ -57,13 +56,8 @@ def run(options: argparse.Namespace) -> None:
     views = options.views.split(",")
     picture = bob.sheet(scene, views, size=options.size, title=title, unit=options.unit, edges=options.edges)
     seconds = time.perf_counter() - start
-    if to_stdout:
-        sys.stdout.buffer.write(png(picture.rgba))
-    else:
-        picture.save(options.out)
-    box = extent(scene)
-    size = " x ".join(f"{side:.4g}" for side in box.size) + (f" {options.unit}" if options.unit else "")
-    report.line(f"wrote {'standard output' if to_stdout else options.out}: {scene.describe()}, {size}, {seconds:.1f} s")
+    name, box = report.write(picture.rgba), scene.extent
+    report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, options.unit)}, {seconds:.1f} s")
     report.fields |= {
         "picture": options.out,
         "views": views,

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import from_srgb
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.files import color_to_8_bit
+from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.pictures.rendering import render
-from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.pictures.rendering import finished
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
-from bobrossnet.tracing.pixels import tiled_pixels
-from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer
+from bobrossnet.tracing.light import HEADLIGHT
+from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
+from bobrossnet.tracing.scene import Extent, Scene, SceneLike, as_scene
+from bobrossnet.tracing.trace import trace
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -44,9 +44,6 @@ SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", 
 LAYOUT = ("top", "isometric", "front", "right")
 """Third-angle projection: the top view lies above the front view, the right view to its right."""
 
-LOOKED = 256
-"""Rays along each side of a scene whose extent is measured: a ball's comes out 1e-5 too small."""
-
 CREASE = 30.0
 """Degrees between normals of neighbouring pixels that make an edge, as those of a mesh's crease."""
 
@@ -62,54 +59,9 @@ MAX_NAME = 24
 INK, GRAY, PAPER = (20, 24, 32), (110, 118, 130), (255, 255, 255)
 
 
-class Extent(NamedTuple):
-    """The smallest box around a scene's surfaces, in its units."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-
-    @property
-    def size(self) -> NDArray[np.float64]:
-        return self.high - self.low
-
-
-def extent(scene: SceneLike) -> Extent:
-    """Measure the box around a scene.
-
-    Parameters
-    ----------
-    scene : Scene, Shape, Instance, path or iterable of these
-
-    Returns
-    -------
-    Extent
-        Exact for meshes. Other surfaces are met by rays from six sides: parts thinner than 1/256 may be missed.
-    """
-    scene = as_scene(scene)
-    low, high = scene.boxes[:, 0].min(axis=0), scene.boxes[:, 1].max(axis=0)
-    if all(isinstance(instance.shape, Mesh) for instance in scene.instances):
-        return Extent(low, high)
-    found_low, found_high = high.copy(), low.copy()
-    places = (np.arange(LOOKED) + 0.5) / LOOKED
-    for axis in range(3):
-        across, up = (axis + 1) % 3, (axis + 2) % 3
-        origins = np.empty((LOOKED, LOOKED, 3))
-        origins[..., across] = low[across] + (high - low)[across] * places[:, None]
-        origins[..., up] = low[up] + (high - low)[up] * places
-        direction = np.zeros(3)
-        for sign in (1, -1):
-            origins[..., axis] = (low if sign > 0 else high)[axis] - sign * scene.radius
-            direction[axis] = sign
-            rays = origins.reshape(-1, 3)
-            distance = scene.closest_hits(rays, np.broadcast_to(direction, rays.shape)).distance.min()
-            if np.isfinite(distance):
-                at = rays[0, axis] + sign * distance
-                if sign > 0:
-                    found_low[axis] = at
-                else:
-                    found_high[axis] = at
-    missed = found_low > found_high
-    return Extent(np.where(missed, low, found_low), np.where(missed, high, found_high))
+def lengths(sides: Iterable[float], unit: str) -> str:
+    """Lengths as people read them, such as "4 x 2 x 1 mm"."""
+    return " x ".join(f"{side:.4g}" for side in sides) + (f" {unit}" if unit else "")
 
 
 @dataclass(frozen=True)
@@ -184,7 +136,7 @@ def sheet(
         if not isinstance(text, str):
             raise InputTypeError(f"{name}: expected a string, got {type(text).__name__}")
 
-    box = extent(scene)
+    box = scene.extent
     line = max(14, min(height, width) // 45)
     cells = _cells(chosen, height - 2 * line, width)
     fits = [_fit(scene, box, cell, line) for cell in cells]
@@ -203,10 +155,7 @@ def sheet(
             _names(draw, scene, camera, cell, line)
     _scale_bar(draw, (width, height - line), pixels, line, unit)
     parts = len(scene.instances)
-    words = [
-        scene.describe() if title is None else title,
-        " x ".join(f"{side:.4g}" for side in box.size) + (f" {unit}" if unit else ""),
-    ]
+    words = [scene.describe() if title is None else title, lengths(box.size, unit)]
     if parts > 1:
         words.append(f"{parts:,} parts")
     _label(draw, (line // 2, height - line), "   ".join(words), line, INK, "lm", width - line - 8 * line)
@@ -240,22 +189,19 @@ def _fit(scene: Scene, box: Extent, cell: _Cell, line: int) -> Camera:
 
 def _drawn(scene: Scene, camera: Camera, size: tuple[int, int], edges: bool) -> NDArray[np.uint8]:
     """(H, W, 3) uint8."""
-    color = render(scene, camera, size=size, background="#ffffff", light="headlight").color
-    if edges:
-        color = color * (1 - 0.85 * _edges(scene, camera, size)[..., None])
+    first_hits = trace(scene, camera, size=size, light=HEADLIGHT)
+    shown = finished(first_hits, scene, camera, samples=4, background="#ffffff", model="default")
+    color = shown.color * (1 - 0.85 * _edges(first_hits, camera)[..., None]) if edges else shown.color
     return color_to_8_bit(color)
 
 
-def _edges(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray[np.float32]:
+def _edges(first_hits: GBuffer, camera: Camera) -> NDArray[np.float32]:
     """(H, W) in 0..1: silhouettes, steps of depth and creases."""
-    height, width = size
-    pixels = tiled_pixels(size)
-    values = SceneTracer(scene, camera, size, Layout("mask,depth,normal"))(pixels).values
-    seen = np.zeros((height, width, 4), np.float32)
-    seen[pixels[:, 0], pixels[:, 1]] = values
-    hit, depth, normal = seen[..., 0] > 0, seen[..., 1], seen[..., 2:4]
+    depth, normal = first_hits.depth, first_hits.normal
+    height, width = depth.shape
+    hit = depth > 0  # 0 only at the very back, and where a ray missed
     toward = np.sqrt(np.maximum(1 - (normal**2).sum(axis=-1), 1e-4))
-    pixel = 1 / (min(size) * camera.zoom)  # a pixel's width in units of depth, which spans two radii
+    pixel = 1 / (min(height, width) * camera.zoom)  # a pixel's width in units of depth, which spans two radii
     found = np.zeros((height, width), bool)
     for down, right in ((0, 1), (1, 0)):
         here, there = (slice(height - down), slice(width - right)), (slice(down, None), slice(right, None))
@@ -291,7 +237,7 @@ def _label(
     anchor: str,
     width: float | None = None,
 ) -> None:
-    """Text of the line's height, smaller or cut off if it is wider than `width`."""
+    """Text of the line's height, cut off if it is wider than `width`."""
     font = _font(round(0.8 * line))
     while width is not None and draw.textlength(text, font=font) > width and len(text) > 4:
         text = f"{text[:-4]}..."
@@ -311,9 +257,8 @@ def _dimensions(draw: ImageDraw, box: Extent, cell: _Cell, pixels: float, line: 
     draw.line([(x, top), (x, bottom)], GRAY)
     for end in (top, bottom):
         draw.line([(left - 0.4 * line, end), (x - tick, end)], GRAY)
-    suffix = f" {unit}" if unit else ""
-    _label(draw, (middle[0], y + 0.3 * line), f"{wide:.4g}{suffix}", line, INK, "mt")
-    _label(draw, (x - 0.4 * line, middle[1]), f"{high:.4g}{suffix}", line, INK, "rm")
+    _label(draw, (middle[0], y + 0.3 * line), lengths([wide], unit), line, INK, "mt")
+    _label(draw, (x - 0.4 * line, middle[1]), lengths([high], unit), line, INK, "rm")
 
 
 def _scale_bar(draw: ImageDraw, corner: tuple[int, int], pixels: float, line: int, unit: str) -> None:
@@ -326,8 +271,7 @@ def _scale_bar(draw: ImageDraw, corner: tuple[int, int], pixels: float, line: in
     draw.line([(left, y), (right, y)], INK, width=max(2, line // 8))
     for end in (left, right):
         draw.line([(end, y - 0.25 * line), (end, y + 0.25 * line)], INK, width=max(2, line // 8))
-    text = f"{length:.4g}" + (f" {unit}" if unit else "")
-    _label(draw, ((left + right) / 2, y - 0.3 * line), text, line, INK, "mb")
+    _label(draw, ((left + right) / 2, y - 0.3 * line), lengths([length], unit), line, INK, "mb")
 
 
 def _names(draw: ImageDraw, scene: Scene, camera: Camera, cell: _Cell, line: int) -> None:
@@ -350,12 +294,9 @@ def _names(draw: ImageDraw, scene: Scene, camera: Camera, cell: _Cell, line: int
 
 def _visible_places(scene: Scene, camera: Camera, size: tuple[int, int]) -> dict[int, tuple[float, float]]:
     """By instance, the row and column of the visible pixel nearest to the middle of its visible pixels."""
-    pixels = tiled_pixels(size)[::PIXELS_A_PLACE].astype(np.float32)
-    core = camera.core(scene.center, scene.radius)
-    near, far = (
-        core.points(*size, np.column_stack([pixels, np.full(len(pixels), depth, np.float32)])) for depth in (1, 0)
-    )
-    hits = scene.closest_hits(near * scene.radius + scene.center, (far - near) * scene.radius)
+    pixels = np.ascontiguousarray(tiled_pixels(size)[::PIXELS_A_PLACE])
+    rays, origins, directions = pixel_rays(camera, scene.center, scene.radius, size, pixels)
+    hits, pixels = scene.closest_hits(origins, directions), pixels[rays]
     places = {}
     for instance in np.unique(hits.instance[hits.instance >= 0]).tolist():
         own = pixels[hits.instance == instance]
