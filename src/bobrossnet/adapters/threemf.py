@@ -10,6 +10,7 @@ import zlib
 from collections import Counter
 from pathlib import Path
 from typing import IO, NamedTuple, TypeAlias
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,7 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import errors_at, one_line, warn_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
-
-MAX_INSTANCES = 100_000
+from bobrossnet.tracing.scene import MAX_INSTANCES
 
 MICROSOFT = "http://schemas.microsoft.com/3dmanufacturing/"
 CONSORTIUM = "http://schemas.3mf.io/"
@@ -91,8 +91,6 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
         If the file has no model, unpacks to too many bytes, requires an unknown extension, or names a missing object;
         or if it has too many objects.
     """
-    from zipfile import BadZipFile, ZipFile
-
     left: Counter[str] = Counter()
     try:
         with ZipFile(file) as archive:
