@@ -454,6 +454,15 @@ def test_calls_of_a_camera_before_are_cancelled_or_dropped(tree):
     assert np.array_equal(frame.image, bob.trace(tree, camera, size=SIZE).gray)
 
 
+@pytest.fixture
+def interruptible():
+    """A job in the background ignores Ctrl-C, and so do the tests that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_one_call_at_a_time_waits_for_one_that_was_dropped(tree):
     tracer = SeeingByHand(tree, in_flight=1)
     view = bob.View(tracer=tracer, size=SIZE)
