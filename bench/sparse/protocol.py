@@ -6,6 +6,7 @@ VERSION = 1
 
 SIZE = (256, 256)
 SHARES = (0.005, 0.01, 0.02, 0.05, 0.1, 0.25)
+PLANES = ("mask", "gray", "depth", "normal x", "normal y")
 MASKS = ("uniform", "lattice")
 """Pixel orders of the track of given masks; the seed is the picture's index."""
 FREE = "free"
