@@ -28,7 +28,7 @@ FAMILIES = {"isosurface": implicit.FAMILIES, "nurbs": splines.FAMILIES}
 class Picture(NamedTuple):
     """A picture to complete."""
 
-    index: int
+    number: int
     name: str
     view: Callable[[float], bob.GBuffer] | None
     """Traces every pixel, with the camera turned by so many degrees; None if there is one view only."""
@@ -102,7 +102,9 @@ def mitsuba_scenes(limit: int, size: tuple[int, int] = protocol.SIZE) -> Iterato
         gray = luminance(to_srgb(np.clip(oidn.denoise(color, guides), 0, 1)))
         far = guides.depth.max()
         depth = np.where(guides.hit > 0, 1 - 0.9 * guides.depth / far, 0).astype(np.float32)
-        full = bob.GBuffer(mask=np.ones(size, np.float32), gray=np.float32(gray), depth=depth, normal=guides.normal)
+        full = bob.GBuffer(
+            mask=np.ones(size, np.float32), gray=gray.astype(np.float32), depth=depth, normal=guides.normal
+        )
         yield Picture(index, name, None, full)
 
 
@@ -117,13 +119,15 @@ def measured(limit: int, files: Sequence[str]) -> Iterator[Picture]:
 
 def image_file(path: str) -> NDArray[np.float32]:
     """Return an image file's values, from 0 at the least to 1 at the greatest, (H, W)."""
-    from PIL import Image
+    import cv2
 
-    with Image.open(path) as image:
-        values = np.asarray(image, np.float64)
+    image = cv2.imread(path, cv2.IMREAD_UNCHANGED)  # TIFFs of 64-bit floats too
+    if image is None:
+        raise InputError(f"{path}: expected an image file, got none that OpenCV reads")
+    values = image.astype(np.float64)
     values = values if values.ndim == 2 else values[..., :3].mean(2)
     low, high = float(values.min()), float(values.max())
-    return np.float32((values - low) / ((high - low) or 1))
+    return ((values - low) / ((high - low) or 1)).astype(np.float32)
 
 
 def pictures(group: str, limit: int, files: Sequence[str] = (), **options: Any) -> Iterator[Picture]:

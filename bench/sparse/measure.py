@@ -61,7 +61,7 @@ def measure(
         if not names:  # the first call allocates memory and imports modules
             run(picture.full, masks[0], shares[0], 0)
         names.append(picture.name)
-        has_orbit = picture.view is not None and entry.pictures is None and picture.index % protocol.ORBIT_EVERY == 0
+        has_orbit = picture.view is not None and entry.pictures is None and picture.number % protocol.ORBIT_EVERY == 0
         for mask, table in tables.items():
             cells = [_scores(run, picture, mask, share) if share <= entry.most else None for share in shares]
             for k, measure_name in enumerate((*METRICS, "ms")):
@@ -108,7 +108,7 @@ def _runner(name: str, entry: Entry) -> Run:
 
 def _scores(run: Run, picture: inputs.Picture, mask: str, share: float) -> list[float]:
     """Return one of each of the `METRICS`, then milliseconds."""
-    image, milliseconds = run(picture.full, mask, share, picture.index)
+    image, milliseconds = run(picture.full, mask, share, picture.number)
     return [*(metric.measure(image, picture.full.gray) for metric in METRICS.values()), milliseconds]
 
 

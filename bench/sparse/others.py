@@ -12,6 +12,7 @@ import io
 import os
 import sys
 import warnings
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,8 @@ def onnx_session(path: Path) -> Any:
 
 # ---- Dyken, Usher, Kumar, "Interactive isosurface visualization in memory constrained environments", 2024 ------------
 
-BASE = np.float32([0.3, 0.3, 0.9])  # colour of their surfaces; 0.2 to 0.8 of it by the angle of the light
-UNKNOWN = np.float32([1, 0, 0])
+BASE = np.array([0.3, 0.3, 0.9], np.float32)  # colour of their surfaces; 0.2 to 0.8 of it by the angle of the light
+UNKNOWN = np.array([1, 0, 0], np.float32)
 
 
 def progiso() -> Method:
@@ -85,17 +86,16 @@ def fast() -> Placement:
     folder = file_of("SPARSEBENCH_FAST")
     sys.path.insert(0, str(folder))
     with contextlib.redirect_stdout(io.StringIO()):  # it prints which optional packages it lacks
-        from fast.s26_analysis.utils import create_experiment_sample
-        from fast.utils.generate_scan_pattern import generate_scan_pattern
+        create_sample = import_module("fast.s26_analysis.utils").create_experiment_sample
+        first_pixels = import_module("fast.utils.generate_scan_pattern").generate_scan_pattern
 
     def place(ask: Ask) -> F32:
         height, width = ask.size
         count = min(round(FIRST * height * width), ask.budget)
-        pixels = generate_scan_pattern(width, height, num_scan_points=count, verbose=False)
-        pixels = np.unique(pixels, axis=0)
+        pixels = np.unique(first_pixels(width, height, num_scan_points=count, verbose=False), axis=0)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # its weights are of an older scikit-learn
-            sample = create_experiment_sample(
+            sample = create_sample(
                 numx=width,
                 numy=height,
                 initial_idxs=pixels,
@@ -114,6 +114,7 @@ def fast() -> Placement:
                 break
             pixels = sample.find_new_measurement_idxs()[: min(ROUND, left)]
         scale = float(sample.measurement_info.measured_values.max()) or 1  # it works with values from 0 to this
-        return np.float32(sample.recon_image / scale * (high - low) + low)
+        image: F32 = (sample.recon_image / scale * (high - low) + low).astype(np.float32)
+        return image
 
     return place
