@@ -40,7 +40,8 @@ def flakes(seed: int = 1) -> F32:
         v = (y - down) * np.cos(angle) - (x - across) * np.sin(angle)
         flake = np.maximum(np.abs(u), 1.7 * np.abs(v)) < size
         image[flake] = rng.uniform(0.2, 1) + 0.1 * (u[flake] / size)
-    return np.clip(image, 0, 1).astype(np.float32)
+    clipped: F32 = np.clip(image, 0, 1).astype(np.float32)
+    return clipped
 
 
 class Microscope:
