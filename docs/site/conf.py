@@ -29,6 +29,7 @@ include_patterns = [
     "CONTRIBUTING.md",
     "CONVENTIONS.md",
     "CHANGELOG.md",
+    "bench/sparse/*.md",
     "docs/*.md",
     "docs/quality/*.md",
     "docs/report/*.md",
