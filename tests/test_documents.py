@@ -77,27 +77,6 @@ def test_examples_of_tracers_run(tmp_path, monkeypatch):
     assert names["frame"].color.shape == (16, 16, 3)
 
 
-def test_examples_of_measuring_run(tmp_path, monkeypatch, capsys):
-    (microscope,) = python_in("docs/measuring.md")
-    names = {}
-    exec(microscope.replace(".repeat(20, 0).repeat(20, 1)", ".repeat(5, 0).repeat(5, 1)"), names)
-    assert names["frame"].error <= 0.02
-
-    example = run_path(str(ROOT / "examples/measuring.py"))
-    monkeypatch.chdir(tmp_path)
-    example["measure"]()
-    dwells, *_, predicted, _, _, _ = capsys.readouterr().out.splitlines()[-1].split()
-    assert float(predicted) <= example["ENOUGH"]
-    assert int(dwells) < 0.2 * example["SIZE"][0] * example["SIZE"][1]
-    assert (tmp_path / "measuring.png").exists()
-
-    image = tmp_path / "flakes.png"
-    Image.fromarray(np.rint(255 * example["flakes"]()).astype(np.uint8)).save(image)
-    example["compare"](str(image))
-    uniform, adaptive = map(float, re.findall(r", 10 %: NRMSE ([\d.]+),", capsys.readouterr().out))
-    assert adaptive < uniform
-
-
 def small(box):
     """Return the scene with a picture of 16 x 16 pixels."""
 

@@ -31,7 +31,8 @@ ABOUT = {
 INTRODUCTION = """# SparseBench
 
 Pictures from 0.5 to 25 % of their pixels. `python bench/sparse/run.py --page` makes this page from
-`bench/sparse/results`. [The README](../bench/sparse/README.md) has the protocol, version {version}, and the way to enter a method.
+`bench/sparse/results`. [The README](../bench/sparse/README.md) has the protocol, version {version}, and the
+way to enter a method.
 
 - **Given masks**: every method gets the same pixels, `uniform` or `lattice`.
 - **Free placement**: the method asks for pixels in rounds.
