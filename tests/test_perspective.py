@@ -24,7 +24,7 @@ def unit(vectors):
 
 @dataclass
 class Pinhole:
-    """A camera as defined in CONVENTIONS.md."""
+    """A camera as defined in docs/reference/camera.md."""
 
     eye: np.ndarray
     right: np.ndarray

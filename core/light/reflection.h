@@ -1,4 +1,4 @@
-/// Reflection at a lit surface: a rough body under microfacets. CONVENTIONS.md has the formulas.
+/// Reflection at a lit surface: a rough body under microfacets. docs/reference/lights.md has the formulas.
 #pragma once
 
 #include <algorithm>
