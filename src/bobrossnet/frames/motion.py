@@ -183,7 +183,7 @@ class View:
         """Return the light of the scene, or None for the headlight."""
         if self._scene is None:
             if light is not None or ground is not None:
-                raise InputError("light: expected none beside a tracer, which has its own")
+                raise InputError("light: expected none with a tracer, which has its own")
             return None
         chosen = check_light(self._scene.light if light is None else light)
         stands = shows_shadows(self._scene, chosen, ground)
