@@ -22,7 +22,7 @@ from bobrossnet.sdf.words import WORDS
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = sorted(
     path.relative_to(ROOT)
-    for folder in (".", "docs", "docs/quality", "docs/site", "src/bobrossnet/weights")
+    for folder in (".", "docs", "docs/quality", "docs/reference", "docs/site", "src/bobrossnet/weights")
     for path in (ROOT / folder).glob("*.md")
 )
 MODULES = [
@@ -231,8 +231,8 @@ def test_shading_constants_are_the_codes():
         r"ambient = (.+), diffuse = (.+), specular = (.+), shininess = (.+);", code
     ).groups()
     light = re.search(r"light_direction\{(.+)f, (.+)f, (.+)\}", code).groups()
-    text = (ROOT / "CONVENTIONS.md").read_text()
+    text = (ROOT / "docs/reference/shading.md").read_text()
     assert f"gray = {ambient} + {diffuse} max(0, n·l) + {specular} max(0, n·h)^{shininess}" in text
     assert f"direction ({', '.join(light)})" in text
     crease = re.search(r"crease_angle_degrees = (\d+)", (ROOT / "core/shapes/mesh/normals.h").read_text()).group(1)
-    assert f"crease angle of {crease}°" in text
+    assert f"crease angle of {crease}°" in (ROOT / "docs/reference/meshes.md").read_text()

@@ -31,6 +31,7 @@ include_patterns = [
     "CHANGELOG.md",
     "docs/*.md",
     "docs/quality/*.md",
+    "docs/reference/*.md",
     "docs/report/*.md",
     "docs/site/*.md",
     "src/bobrossnet/weights/*.md",

@@ -62,7 +62,7 @@ class Beside:
                 self.left -= size
                 if self.left < 0:
                     raise InputError(
-                        f"expected files of at most {MAX_BYTES:,} bytes beside it, got more in {name[:100]}"
+                        f"expected files of at most {MAX_BYTES:,} bytes next to it, got more in {name[:100]}"
                     )
                 return file.read(size)  # which is nothing of a pipe, and of what the system makes up in /proc
         except OSError as error:
