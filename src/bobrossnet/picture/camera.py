@@ -102,9 +102,7 @@ class Camera:
             return
         for name in ("azimuth", "elevation"):
             if getattr(self, name) != default[name]:
-                raise InputError(
-                    f"{name}: expected none with a position, got {getattr(self, name):g}; use target"
-                )
+                raise InputError(f"{name}: expected none with a position, got {getattr(self, name):g}; use target")
         if not self.fov:
             raise InputError("position: expected a fov above 0 with it, such as fov=35, got 0, which is orthographic")
         if self.target is not None:
