@@ -22,7 +22,7 @@ from bobrossnet.sdf.words import WORDS
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = sorted(
     path.relative_to(ROOT)
-    for folder in (".", "docs", "docs/quality", "docs/reference", "docs/site", "src/bobrossnet/weights")
+    for folder in (".", "docs", "docs/quality", "docs/reference", "docs/site", "docs/tutorials", "src/bobrossnet/weights")
     for path in (ROOT / folder).glob("*.md")
 )
 MODULES = [

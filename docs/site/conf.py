@@ -34,6 +34,7 @@ include_patterns = [
     "docs/reference/*.md",
     "docs/report/*.md",
     "docs/site/*.md",
+    "docs/tutorials/*.md",
     "src/bobrossnet/weights/*.md",
 ]
 exclude_patterns = [".venv", "build", "dist", "out"]  # Sphinx would search them, following links
