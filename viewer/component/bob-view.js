@@ -26,7 +26,10 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
 import { addressOf, fileName } from "../core/addresses.js";
+import { isSingleFile } from "../core/parts.js";
+import { VERSION } from "../core/version.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
+import { define } from "./define.js";
 import { orbit } from "./orbit.js";
 import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
@@ -42,7 +45,9 @@ const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
 
-export class BobView extends HTMLElement {
+class Element extends HTMLElement {
+  /** Of the package: elements with embedded parts, as in notebooks, differ from those with files. */
+  static version = isSingleFile ? `${VERSION}-embedded` : VERSION;
   static observedAttributes = [
     "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
     "picture-size",
@@ -348,4 +353,5 @@ export class BobView extends HTMLElement {
   }
 }
 
-customElements.define("bob-view", BobView);
+/** @typedef {Element} BobView */
+export const BobView = define("bob-view", Element);

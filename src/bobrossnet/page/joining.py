@@ -13,6 +13,8 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
+from bobrossnet import __version__
+
 COMPONENT = "component/bob-view.js"
 
 ENTRIES = (
@@ -35,6 +37,8 @@ WIDGET = "component/widget.js"
 
 BROUGHT = "core/brought.js"
 
+VERSION = "core/version.js"
+
 COMMENT = re.compile(
     r"^[ \t]*/\*\*(?:(?!\*/).)*\*/[ \t]*\n|^[ \t]*//[^\n]*\n|/\*\*(?:(?!\*/).)*\*/ ?|(?<=[;,{)])[ \t]+// [^\n]*$",
     re.DOTALL | re.MULTILINE,
@@ -48,7 +52,7 @@ OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 
 class Modules:
-    """The texts of modules, without comments.
+    """The texts of modules, without comments, and with the package's version.
 
     Parameters
     ----------
@@ -59,7 +63,7 @@ class Modules:
 
     def __init__(self, folder: Path, replaced: Mapping[str, str] | None = None) -> None:
         self._folder = folder
-        self._texts = dict(replaced or {})
+        self._texts = {VERSION: f'export const VERSION = "{__version__}";\n', **(replaced or {})}
 
     def __getitem__(self, path: str) -> str:
         if path not in self._texts:
