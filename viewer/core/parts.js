@@ -4,7 +4,42 @@
  * embedded in a page of a single file.
  */
 import { BROUGHT } from "./brought.js";
+import { fetched } from "./fetching.js";
+import { placeOf } from "./places.js";
 import { VERSION } from "./version.js";
+
+/** The folder with all files, if pages set it. @type {URL | undefined} */
+let folder;
+
+/**
+ * Sets the folder with all files, for what has not been fetched yet.
+ *
+ * @param {URL | undefined} address with a slash at its end
+ */
+export function useFolder(address) {
+  if (address?.href === folder?.href) return;
+  folder = address;
+  checked = undefined;
+}
+
+/** The folder set by the page. */
+export const usedFolder = () => folder;
+
+const ADVICE = "set base to the folder with the files of bob-view";
+
+/** The check of this folder. @type {Promise<void> | undefined} */
+let checked;
+
+/** Checks that the folder's files have this module's version. @param {URL} address */
+async function checkVersion(address) {
+  const { version } = await (await fetched("base", new URL("package.json", address), ADVICE)).json();
+  if (version !== VERSION) {
+    throw new Error(`base: expected the files of bob-view ${VERSION} in ${address.href}, got version ${version}; copy node_modules/bob-view there`);
+  }
+}
+
+/** @param {string} path from the page's folder */
+const addressOf = (path) => (folder ? new URL(path, folder) : placeOf(path));
 
 /** Browsers compile WebAssembly while it arrives only with this type. @param {string} path */
 const typeOf = (path) => (path.endsWith(".wasm") ? "application/wasm" : "application/octet-stream");
@@ -33,8 +68,9 @@ export async function fetchPart(path) {
     const stream = new Blob([bytesOf(brought.parts[path])]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     return new Response(stream, { headers: { "Content-Type": typeOf(path) } });
   }
-  const url = new URL(`../${path}`, import.meta.url), response = await fetch(url);
-  if (!response.ok) throw new Error(`${url.pathname}: ${response.status} ${response.statusText}`);
+  const url = addressOf(path);
+  if (folder) checked ??= checkVersion(folder);
+  const [, response] = await Promise.all([checked, fetched(path, url, ADVICE)]);
   return response;
 }
 
@@ -47,9 +83,23 @@ function bytesOf(base64) {
 
 /** @param {"completing" | "reader" | "thread" | "tracer"} name of a module in workers/ @returns {Worker} */
 export function startWorker(name) {
+  const worker = started(name);
+  // Errors of a worker that does not start have no message.
+  worker.addEventListener("error", (event) => {
+    if (event.message) return;
+    event.stopImmediatePropagation();
+    worker.dispatchEvent(new ErrorEvent("error", { message: `${name}.js: expected a worker, got none that starts; ${REASONS}` }));
+  });
+  return worker;
+}
+
+const REASONS = `${ADVICE}, and allow workers by worker-src in the page's Content-Security-Policy`;
+
+/** @param {Parameters<typeof startWorker>[0]} name @returns {Worker} */
+function started(name) {
   // A page from a disk, or in a frame with an opaque origin, may start scripts but no modules.
   if (isSingleFile) return workerOf(`"use strict";\n${brought.workers[name]}`, "classic");
-  const url = new URL(`../workers/${name}.js`, import.meta.url);
+  const url = addressOf(`workers/${name}.js`);
   // Browsers start no worker from another server, but a worker of this page may import it.
   return url.origin === location.origin ? new Worker(url, { type: "module" }) : workerOf(`import ${JSON.stringify(url)};`, "module");
 }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -36,6 +36,8 @@ WIDGET = "component/widget.js"
 """Entry of the notebook widget."""
 
 BROUGHT = "core/brought.js"
+
+PLACES = "core/places.js"
 
 VERSION = "core/version.js"
 
@@ -124,6 +126,12 @@ def brought(modules: Modules, parts: Mapping[str, str]) -> str:
     """
     workers = {name: joined(modules, f"workers/{name}.js") for name in WORKERS}
     return f"export const BROUGHT = {json.dumps({'workers': workers, 'parts': dict(parts)})};\n"
+
+
+def places(paths: Iterable[str]) -> str:
+    """Return the module with the address of each file (core/places.js), in the form that bundlers follow."""
+    entries = "".join(f'"{path}": () => new URL("../{path}", import.meta.url),\n' for path in sorted(paths))
+    return f"const PLACES = {{\n{entries}}};\nexport const placeOf = (path) => PLACES[path]();\n"
 
 
 def _in_order(modules: Modules, entry: str) -> Iterator[str]:
