@@ -89,9 +89,7 @@ types: $(TSC)
 
 # The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
 npm: $(VENV)/installed $(TSC)
-	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm
-	$(TSC) viewer/component/bob-view.js --allowJs --declaration --emitDeclarationOnly --rootDir viewer --outDir out/npm/types \
-	  --target esnext --module esnext --moduleResolution bundler --types ""
+	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm $(TSC)
 	cd out/npm && npm pack --silent
 
 $(BIN)/python:

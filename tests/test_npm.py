@@ -13,7 +13,7 @@ import pytest
 from browser import missing, serving
 
 import bobrossnet as bob
-from bobrossnet.page.package import write_package
+from bobrossnet.page.package import README, write_package, write_types
 from bobrossnet.picture.files import to_8_bit
 from bobrossnet.support.paths import VIEWER
 
@@ -286,3 +286,96 @@ def test_bundlers_find_all_files(browser, app, folder, build):
             page.screenshot(path=f"{picture}/{build.__name__}.png")
         page.context.close()
     assert wrong == []
+
+
+# ---- Frameworks and types --------------------------------------------------------------------------------
+
+
+def snippet(language):
+    (code,) = re.findall(rf"^```{language}\n(.*?)^```$", README.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    return code
+
+
+def write_react(app):
+    (app / "Part.jsx").write_text(snippet("jsx"))
+    (app / "main.js").write_text("""
+import { createElement } from "react";
+import { createRoot } from "react-dom/client";
+import { Part } from "./Part.jsx";
+createRoot(document.body).render(createElement(Part, { onTurn: (camera) => (window.turned = camera) }));
+""")
+
+
+def write_vue(app):
+    (app / "Part.vue").write_text(snippet("vue"))
+    (app / "vite.config.js").write_text("""
+import vue from "@vitejs/plugin-vue";
+const compilerOptions = { isCustomElement: (name) => name === "bob-view" };
+export default { plugins: [vue({ template: { compilerOptions } })] };
+""")
+    (app / "main.js").write_text("""
+import { createApp, h } from "vue";
+import Part from "./Part.vue";
+createApp(() => h(Part, { onTurn: (camera) => (window.turned = camera) })).mount(document.body);
+""")
+
+
+@pytest.mark.parametrize("write", [write_react, write_vue])
+def test_the_snippets_of_frameworks_run(browser, app, folder, write):
+    write(app)
+    shutil.copy(folder / "part.glb", app / "public")
+    (app / "index.html").write_text('<!doctype html><body><script type="module" src="/main.js"></script></body>')
+    run(app, "vite", "build", "--minify", "false")
+    with serving(app / "dist") as address:
+        page = browser.new_context(viewport={"width": 320, "height": 200}).new_page()
+        wrong = []
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.goto(address)
+        page.wait_for_selector("bob-view[camera-controls]")
+        assert page.evaluate("() => document.querySelector('bob-view').src") == "part.glb"
+        page.focus("bob-view")
+        page.keyboard.press("ArrowRight")
+        page.wait_for_function("() => window.turned?.azimuth === 35")
+        page.evaluate("() => document.querySelector('bob-view').converged()")
+        if picture := os.environ.get("BUNDLED_PICTURE"):
+            page.screenshot(path=f"{picture}/{write.__name__}.png")
+        page.context.close()
+    assert wrong == []
+
+
+USER = """
+import { BobView, type BobViewAttributes, type Camera } from "bob-view";
+BobView.base = "files";
+const view: BobView = document.querySelector("bob-view")!;
+const camera: Camera = { ...view.camera, azimuth: 3 };
+view.camera = { azimuth: camera.azimuth };
+const picture: Promise<Blob> = view.toBlob({ mimeType: "image/webp" });
+const attributes: BobViewAttributes = { src: "part.glb", "camera-controls": true };
+// @ts-expect-error
+view.camera = { azimuth: "3" };
+// @ts-expect-error
+view.open("part.glb", "text");
+// @ts-expect-error
+const wrong: BobViewAttributes = { "camera-controls": 3 };
+"""
+
+REACT_USER = """
+import type {} from "bob-view/react";
+export const part = <bob-view src="part.glb" camera-controls className="wide" ref={(view) => void view?.converged()} />;
+// @ts-expect-error
+export const wrong = <bob-view src={3} />;
+"""
+
+VUE_USER = """
+import type {} from "bob-view/vue";
+import type { GlobalComponents } from "vue";
+export const props: Partial<InstanceType<GlobalComponents["bob-view"]>["$props"]> = { src: "part.glb" };
+"""
+
+
+def test_types_are_those_of_the_comments(app):
+    write_types(app / "node_modules/bob-view", app / "node_modules/.bin/tsc")
+    for name, text in {"user.ts": USER, "react.tsx": REACT_USER, "vue.ts": VUE_USER}.items():
+        (app / name).write_text(text)
+    options = "--noEmit --strict --target esnext --module esnext --moduleResolution bundler --jsx react-jsx"
+    run(app, "tsc", "user.ts", "react.tsx", "vue.ts", *options.split(), "--lib", "esnext,dom,dom.iterable")

@@ -1,14 +1,13 @@
 """The npm package of <bob-view>: its files in a folder, for `npm pack` and `npm publish`.
 
-python -m bobrossnet.page.package FOLDER
-
-TypeScript adds types/component/bob-view.d.ts and what that needs: `make npm`.
+python -m bobrossnet.page.package FOLDER TSC
 """
 
 from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from importlib.metadata import distribution
 from pathlib import Path
@@ -74,6 +73,13 @@ def write_package(folder: Path) -> None:
     )
 
 
+def write_types(folder: Path, tsc: Path) -> None:
+    """Add the types that TypeScript's compiler makes of the modules' comments."""
+    options = "--allowJs --declaration --emitDeclarationOnly --target esnext --module esnext --moduleResolution bundler"
+    places = ["--types", "", "--rootDir", str(VIEWER), "--outDir", str(folder / "types")]
+    subprocess.run([tsc, VIEWER / COMPONENT, *options.split(), *places], check=True)
+
+
 def _readme() -> str:
     """Return the package's front page, with the tables of the element."""
     text = README.read_text("utf-8").replace("VERSION", __version__)
@@ -97,3 +103,4 @@ def _addresses(repository: str | None) -> dict[str, object]:
 
 if __name__ == "__main__":
     write_package(Path(sys.argv[1]))
+    write_types(*map(Path, sys.argv[1:]))
