@@ -963,8 +963,10 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
 @pytest.mark.parametrize(
     ("name", "content", "error"),
     [
-        ("a.xyz", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got .xyz"),
-        ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending"),
+        ("a.xyz", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got .xyz; save it in one of these formats"),
+        ("a.step", b"?", "got .step; convert it: bobrossnet pack a.bob a.step"),
+        ("my part.3DM", b"?", "got .3dm; convert it: bobrossnet pack 'my part.bob' 'my part.3DM'"),
+        ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending; add one, as in #part.glb at"),
         ("a.ply", b"", "expected a scene, got an empty file"),
         ("a.ply", b"OFF", "expected a PLY, which starts with 'ply', got 'OFF'"),
         ("a.ply", b"ply\nformat ascii 1.0\n", "expected a PLY header that ends in end_header, got none"),
