@@ -195,8 +195,8 @@ def test_the_page_from_a_disk(browser, folder):
     page = browser.new_page()
     page.goto((folder / "bob/index.html").as_uri())
     assert page.text_content("#message") == (
-        "This page needs a server: run bobrossnet view, or python -m http.server here; or make one file that opens from "
-        "a disk, by bobrossnet view FILE --export page.html"
+        "This page needs a server: run bobrossnet view, or python -m http.server here; or make one file that opens "
+        "from a disk, by bobrossnet view FILE --export page.html"
     )
     page.close()
 
