@@ -225,6 +225,7 @@ def app(tools, folder):
     """Return the folder of a page whose script imports the package."""
     for name in ("public", "dist"):
         shutil.rmtree(tools / name, ignore_errors=True)
+    (tools / "vite.config.js").unlink(missing_ok=True)
     (tools / "public").mkdir()
     shutil.copy(folder / "part.ply", tools / "public")
     (tools / "main.js").write_text('import "bob-view";\n')
@@ -272,7 +273,19 @@ def with_esbuild(app):
     return serving(app / "public")
 
 
-@pytest.mark.parametrize("build", [with_vite, with_vite_while_editing, with_webpack, with_esbuild])
+@contextmanager
+def with_a_cdn_that_bundles_again(app):
+    run(app, "esbuild", "main.js", "--bundle", "--format=esm", "--outfile=public/main.js")
+    with serving(app / "node_modules/bob-view", Access_Control_Allow_Origin="*") as elsewhere:
+        (app / "public/index.html").write_text(APP.format(script="main.js", attributes=f'base="{elsewhere}" '))
+        with serving(app / "public") as address:
+            yield address
+
+
+BUILDS = [with_vite, with_vite_while_editing, with_webpack, with_esbuild, with_a_cdn_that_bundles_again]
+
+
+@pytest.mark.parametrize("build", BUILDS)
 def test_bundlers_find_all_files(browser, app, folder, build):
     with build(app) as address:
         page = browser.new_context(viewport={"width": 200, "height": 150}).new_page()
