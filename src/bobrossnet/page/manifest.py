@@ -16,7 +16,8 @@ NAME = "bob-view"
 CLASS = "BobView"
 
 TABLE = re.compile(r"^ \* \| (attribute|event) \| \|\n \* \|---\|---\|\n((?: \* \|.*\n)+)", re.MULTILINE)
-ROW = re.compile(r"^ \* \| `([\w-]+)` \| (.*) \|$", re.MULTILINE)
+ROW = re.compile(r"^ \* \| (`[\w-]+`(?:, `[\w-]+`)*) \| (.*) \|$", re.MULTILINE)
+NAMES = re.compile(r"[\w-]+")
 FLAG = re.compile(r'hasAttribute\("([\w-]+)"\)')
 MEMBER = re.compile(
     r"^  /\*\*(?P<comment>(?:(?!\*/).)*)\*/\n"
@@ -113,7 +114,7 @@ def rows(viewer: Path, kind: str) -> list[tuple[str, str]]:
     """Return names and descriptions from the element's table of this kind."""
     text = (viewer / COMPONENT).read_text("utf-8")
     (table,) = [table for found, table in TABLE.findall(text) if found == kind]
-    return ROW.findall(table)
+    return [(name, description) for names, description in ROW.findall(table) for name in NAMES.findall(names)]
 
 
 def _type(text: str, attribute: str) -> str:
