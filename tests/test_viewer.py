@@ -1185,7 +1185,7 @@ DAMAGED = "link: expected a script as this page packs it, got a damaged one; was
         (script_link(deflated(b"sphere(1) # \xff")), DAMAGED),
         ("#scene=" + "x" * 1000, f"{'x' * 100}: expected a built-in scene, one of "),
         ("?scene=%zz", "%zz: expected one of .ply "),
-        ("?scene=files/100%25.bob", "100%25.bob, got 404 Not Found; check the address"),
+        ("?scene=files/100%25.bob", "/files/100%.bob, got 404 Not Found; check the address"),
         ("?scene=http://[", "scene: expected a file of http://127.0.0.1:"),
         ("?scene=http://example.com/a.bob", "scene: expected a file of http://127.0.0.1:"),
     ],
