@@ -127,10 +127,10 @@ def test_a_missing_part(told, folder, name, message):
     ("address", "message"),
     [
         ("none.glb", "none.glb: expected a file at HERE/none.glb, got 404 File not found; check the address"),
-        ("part.step", f"part.step: expected one of {' '.join(READ_IN_PAGE)}, got .step; convert it: bobrossnet pack "
+        ("part.step", "part.step: expected a format that this page reads, got .step; convert it: bobrossnet pack "
                       "part.bob part.step"),
-        ("download", f"download: expected one of {' '.join(READ_IN_PAGE)}, got no ending; add one, as in #part.glb at "
-                     "the end of an address"),
+        ("download", f"download: expected one of {' '.join(READ_IN_PAGE)}, got no ending; add one, as in #part.glb "
+                     "after an address"),
         ("http://127.0.0.1:9/ball.glb", "ball.glb: 127.0.0.1:9 did not send http://127.0.0.1:9/ball.glb; check the "
                                         "address, and that the server sends Access-Control-Allow-Origin"),
         ("file:///ball.glb", "ball.glb: expected a server, got file:///ball.glb, which this page may not fetch; serve "

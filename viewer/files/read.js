@@ -32,7 +32,10 @@ const READERS = {
 export const ENDINGS = Object.keys(READERS);
 
 /** Of messages. */
-const MOST_LETTERS = 240;
+const MOST_LETTERS = 200;
+
+/** Of file names in a command: more would not leave room for it. */
+const MOST_NAMED = 40;
 
 /** What files the Python package alone reads. */
 const CONVERTED = [".3mf", ".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
@@ -42,6 +45,7 @@ const endingOf = (name) => /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
 
 /** The command that packs files for this page. @param {...string} names */
 function packing(...names) {
+  if (names.join("").length > MOST_NAMED) return "bobrossnet pack scene.bob FILE";
   const packed = `${names[0].replace(/\.[^.]*$/, "")}.bob`;
   return ["bobrossnet pack", ...[packed, ...names].map((path) => (/[^\w.-]/.test(path) ? `'${path}'` : path))].join(" ");
 }
@@ -53,11 +57,12 @@ function packing(...names) {
  * @throws {CoreError} of one line that says what to do
  */
 export function checkFormat(name) {
-  const ending = endingOf(name), known = ENDINGS.join(" ");
+  const ending = endingOf(name);
   if (Object.hasOwn(READERS, ending)) return;
-  const advice = CONVERTED.includes(ending) ? `convert it: ${packing(name)}`
-    : ending ? "save it in one of these formats" : "add one, as in #part.glb at the end of an address";
-  throw new CoreError(oneLine(`${name}: expected one of ${known}, got ${ending || "no ending"}; ${advice}`));
+  const problem = CONVERTED.includes(ending)
+    ? `expected a format that this page reads, got ${ending}; convert it: ${packing(name)}`
+    : `expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}; ${ending ? "convert it to one" : "add one, as in #part.glb after an address"}`;
+  throw new CoreError(oneLine(`${name}: ${problem}`));
 }
 
 /**
