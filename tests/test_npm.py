@@ -31,6 +31,8 @@ EXACT = """async () => {
   const view = document.querySelector("bob-view");
   await new Promise((shown, failed) => {
     view.addEventListener("error", ({ detail }) => failed(new Error(detail.message)));
+    const wrong = view.shadowRoot.querySelector("#wrong");
+    if (!wrong.hidden) failed(new Error(wrong.textContent));
     if (view.viewing.statistics.pictures) shown();
     else view.addEventListener("load", shown);
   });
