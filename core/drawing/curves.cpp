@@ -84,6 +84,40 @@ Curves joined(const LineNetwork& network, float tolerance) {
     return curves;
 }
 
+Curves dashed(std::span<const PicturePoint> points, std::span<const std::int64_t> ends, float dash, float gap) {
+    Curves curves;
+    std::size_t begin = 0;
+    for (const std::int64_t end : ends) {
+        const auto curve = points.subspan(begin, static_cast<std::size_t>(end) - begin);
+        begin = static_cast<std::size_t>(end);
+        std::vector<float> along(curve.size(), 0.f);
+        for (std::size_t i = 1; i < curve.size(); ++i) {
+            along[i] = along[i - 1] + std::hypot(curve[i].row - curve[i - 1].row, curve[i].column - curve[i - 1].column);
+        }
+        if (curve.size() < 2 || !std::isfinite(along.back())) continue;
+        // Stretched, so that a whole number of periods and a last dash fill the curve.
+        const float periods = std::max(0.f, std::round((along.back() - dash) / (dash + gap)));
+        const float stretch = along.back() / (periods * (dash + gap) + dash);
+        std::size_t i = 1;
+        const auto at = [&](float length) {
+            while (i + 1 < curve.size() && along[i] < length) ++i;
+            const float part = along[i] > along[i - 1] ? std::clamp((length - along[i - 1]) / (along[i] - along[i - 1]), 0.f, 1.f) : 0.f;
+            return PicturePoint{curve[i - 1].row + part * (curve[i].row - curve[i - 1].row),
+                                curve[i - 1].column + part * (curve[i].column - curve[i - 1].column)};
+        };
+        for (float n = 0; n <= periods; ++n) {
+            const float from = n * (dash + gap) * stretch, to = from + dash * stretch;
+            curves.points.push_back(at(from));
+            for (std::size_t j = i; j < curve.size() && along[j] < to; ++j) {
+                if (along[j] > from) curves.points.push_back(curve[j]);
+            }
+            curves.points.push_back(at(to));
+            curves.ends.push_back(static_cast<std::int64_t>(curves.points.size()));
+        }
+    }
+    return curves;
+}
+
 void draw_strokes(std::span<const PicturePoint> points, std::span<const std::int64_t> ends, float width_of_stroke, int height, int width,
                   float* coverage) {
     const float half = 0.5f * width_of_stroke, reach = half + 0.5f;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace bob {
@@ -27,6 +28,9 @@ struct LineNetwork {
 /// Joins segments to curves, which end at points of any number of segments but two. Leaves out points within
 /// `tolerance` of the line through their neighbours, in pixels.
 [[nodiscard]] Curves joined(const LineNetwork& network, float tolerance);
+
+/// The dashes of curves, with gaps between them, both in pixels and above 0. Each curve begins and ends with a dash.
+[[nodiscard]] Curves dashed(std::span<const PicturePoint> points, std::span<const std::int64_t> ends, float dash, float gap);
 
 /// Draws curves as strokes of a constant width in pixels into `coverage`, (height, width), 0..1: the maximum over the
 /// strokes and the former value. So crossing and touching strokes do not add up.

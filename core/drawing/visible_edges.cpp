@@ -7,11 +7,14 @@
 #include <limits>
 #include <span>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "base/interruption.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
+#include "shapes/mesh/mesh.h"
 
 namespace bob {
 namespace {
@@ -22,8 +25,11 @@ constexpr float least_step = 0.5f;
 /// Hits are this far from their surfaces, in radii of the scene.
 constexpr float hit_error = 4e-5f;
 
-/// Intervals of half a pixel are bisected so many times.
+/// Intervals of a pixel are bisected so many times: edges are within 1/32 pixel of their place.
 constexpr int bisections = 4;
+
+/// Where a curve turns by more within a pixel, or meets another, half pixels resolve it.
+constexpr float sharp_degrees = 20;
 
 /// In pixels: a twentieth of a thin stroke.
 constexpr float tolerance_of_curves = 0.05f;
@@ -53,19 +59,29 @@ class Finder {
 public:
     Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth)
         : scene_(scene), projection_(camera, height, width), rows_(2 * height + 3), columns_(2 * width + 3), smooth_(smooth),
+          has_face_normals_(shades_by_other_normals(scene)),
           at_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_), untraced),
-          marked_(static_cast<std::size_t>(height + 1) * static_cast<std::size_t>(width + 1)) {}
+          kinds_(static_cast<std::size_t>(height + 1) * static_cast<std::size_t>(width + 1)) {}
 
     Curves operator()() {
         look_at_pixels();
         mark_cells();
-        resolve_cells();
-        place_crossings();
+        place_crossings(1);
+        mark_sharp_cells();
+        resolve_sharp_cells();
+        place_crossings(2);
         connect();
         return joined(network_, tolerance_of_curves);
     }
 
 private:
+    /// Whether face normals need a look of their own: only meshes shade by others.
+    static bool shades_by_other_normals(const Scene& scene) {
+        bool any = false;
+        for (std::uint32_t i = 0; i < scene.size(); ++i) any = any || dynamic_cast<const Mesh*>(scene[i].shape.get());
+        return any;
+    }
+
     static constexpr std::uint32_t untraced = 0xffffffff;
 
     [[nodiscard]] std::size_t index(Spot p) const {
@@ -93,13 +109,14 @@ private:
             hits.resize(rays.size()), normals.resize(rays.size()), face_normals.resize(rays.size());
             scene_.closest_hits(rays, hits);
             scene_.normals(rays, hits, normals);
-            scene_.face_normals(rays, hits, face_normals);
+            if (has_face_normals_) scene_.face_normals(rays, hits, face_normals);
+            const auto& flat = has_face_normals_ ? face_normals : normals;
             for (std::size_t j = 0; j < rays.size(); ++j) {
                 if (hits[j].instance == no_instance) continue;
                 const Vec3 point = rays[j].origin + hits[j].t * rays[j].direction;
-                const float along = std::abs(dot(face_normals[j], normalized(rays[j].direction)));
+                const float along = std::abs(dot(flat[j], normalized(rays[j].direction)));
                 const float step = least_step * projection_.pixel_width(projection_.depth(point)) * along + hit_error;
-                looks[number[j]] = {point, normals[j], face_normals[j], step, hits[j].instance,
+                looks[number[j]] = {point, normals[j], flat[j], step, hits[j].instance,
                                     scene_[hits[j].instance].shape->face(hits[j].in_shape)};
             }
         });
@@ -145,19 +162,23 @@ private:
         return a.instance != no_instance && unlikeness(a, b) > 1;
     }
 
-    void mark(int row, int column) {
-        if (row < 0 || column < 0 || row >= rows_ / 2 || column >= columns_ / 2) return;
-        std::uint8_t& marked = marked_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_ / 2) + static_cast<std::size_t>(column)];
-        if (!marked) marked = 1, cells_.push_back({row, column});
+    /// Cells of four pixels: without edges, with edges, and with edges to resolve by half pixels.
+    enum : std::uint8_t { plain, crossed, sharp };
+
+    [[nodiscard]] std::uint8_t& kind(Spot cell) {
+        return kinds_[static_cast<std::size_t>(cell.row) * static_cast<std::size_t>(columns_ / 2) + static_cast<std::size_t>(cell.column)];
+    }
+    void mark(Spot cell, std::uint8_t wanted) {
+        if (cell.row < 0 || cell.column < 0 || cell.row >= rows_ / 2 || cell.column >= columns_ / 2 || kind(cell) >= wanted) return;
+        if (kind(cell) == plain) cells_.push_back(cell);
+        kind(cell) = wanted;
+        if (wanted == sharp) sharp_cells_.push_back(cell);
     }
     /// Marks the cells on both sides of an interval between neighbouring pixels, or half of it.
-    void mark(Spot a, Spot b) {
+    void mark(Spot a, Spot b, std::uint8_t wanted) {
         const int row = a.row / 2, column = a.column / 2;
-        if (a.row == b.row) {
-            mark(row, column), mark(row - 1, column);
-        } else {
-            mark(row, column), mark(row, column - 1);
-        }
+        mark({row, column}, wanted);
+        mark(a.row == b.row ? Spot{row - 1, column} : Spot{row, column - 1}, wanted);
     }
 
     void mark_cells() {
@@ -173,13 +194,21 @@ private:
             }
         });
         for (const auto& row : found) {
-            for (const auto& [a, b] : row) mark(a, b);
+            for (const auto& [a, b] : row) mark(a, b, crossed);
         }
     }
 
+    /// The corners of the four sides of a cell, from the pixel at its top left on.
+    static std::array<std::pair<Spot, Spot>, 4> sides(Spot cell) {
+        const int top = 2 * cell.row, left = 2 * cell.column;
+        const Spot top_left{top, left}, top_right{top, left + 2}, bottom_left{top + 2, left}, bottom_right{top + 2, left + 2};
+        return {{{top_left, top_right}, {top_left, bottom_left}, {bottom_left, bottom_right}, {top_right, bottom_right}}};
+    }
+    static Spot middle(Spot a, Spot b) { return {(a.row + b.row) / 2, (a.column + b.column) / 2}; }
+
     /// Calls body for each interval of half a pixel in a cell, and whether it is on the cell's border.
     template <class Body>
-    static void for_intervals(Spot cell, Body body) {
+    static void for_halves(Spot cell, Body body) {
         const int top = 2 * cell.row, left = 2 * cell.column;
         for (int i = 0; i < 3; ++i) {
             for (int j = 0; j < 2; ++j) {
@@ -189,74 +218,147 @@ private:
         }
     }
 
-    /// Traces half pixels of marked cells, and marks further cells where an edge leaves them.
-    void resolve_cells() {
-        for (std::size_t done = 0; done < cells_.size();) {
+    /// Along a curve that fills the plane: rays of neighbours are faster after each other.
+    static bool is_before_along_curve(Spot a, Spot b) { return along_curve(a) < along_curve(b); }
+    static std::uint64_t along_curve(Spot p) {
+        const auto spread = [](int number) {
+            auto bits = static_cast<std::uint64_t>(number);
+            bits = (bits | bits << 16) & 0x0000ffff0000ffff, bits = (bits | bits << 8) & 0x00ff00ff00ff00ff;
+            bits = (bits | bits << 4) & 0x0f0f0f0f0f0f0f0f, bits = (bits | bits << 2) & 0x3333333333333333;
+            return (bits | bits << 1) & 0x5555555555555555;
+        };
+        return 2 * spread(p.row) + spread(p.column);
+    }
+
+    /// Traces half pixels of sharp cells. Their neighbours are sharp as well where these show more than pixels do.
+    void resolve_sharp_cells() {
+        for (std::size_t done = 0; done < sharp_cells_.size();) {
             Interruption::check();
-            const std::size_t begin = done, end = cells_.size();
-            std::vector<Spot> places;
+            const std::size_t begin = done, end = sharp_cells_.size();
+            std::sort(sharp_cells_.begin() + static_cast<std::ptrdiff_t>(begin), sharp_cells_.end(), is_before_along_curve);
+            std::vector<Spot> spots;
             for (std::size_t n = begin; n < end; ++n) {
-                const int top = 2 * cells_[n].row, left = 2 * cells_[n].column;
+                const int top = 2 * sharp_cells_[n].row, left = 2 * sharp_cells_[n].column;
                 for (const auto& [down, right] : {std::pair{0, 1}, {1, 0}, {1, 1}, {1, 2}, {2, 1}}) {
                     const Spot p{top + down, left + right};
                     if (at_[index(p)] != untraced) continue;
                     at_[index(p)] = 0;  // wanted
-                    places.push_back(p);
+                    spots.push_back(p);
                 }
             }
-            trace(places);
+            trace(spots);
             for (std::size_t n = begin; n < end; ++n) {
-                const Spot cell = cells_[n];
-                for_intervals(cell, [&](Spot a, Spot b, bool on_border) {
-                    if (on_border && differ(look(a), look(b))) mark(a, b);
+                const Spot cell = sharp_cells_[n];
+                for_halves(cell, [&](Spot a, Spot b, bool on_border) {
+                    if (on_border && differ(look(a), look(b)) != (crossing(a, b) != none)) mark(a, b, sharp);
                 });
             }
             done = end;
         }
     }
 
+    /// Half an interval between pixels, or half of such a half, by its first end.
     [[nodiscard]] std::uint64_t key(Spot a, Spot b) const { return 2 * static_cast<std::uint64_t>(index(a)) + (a.row == b.row ? 0 : 1); }
+
+    /// The number of the crossing within half a pixel, or none.
+    [[nodiscard]] std::uint32_t crossing(Spot a, Spot b) const {
+        const auto found = crossings_.find(key(a, b));
+        return found == crossings_.end() ? none : found->second;
+    }
+    /// The same within a pixel.
+    [[nodiscard]] std::uint32_t crossing_of_side(Spot a, Spot b) const {
+        const std::uint32_t first = crossing(a, middle(a, b));
+        return first != none ? first : crossing(middle(a, b), b);
+    }
 
     struct Interval {
         Look a, b;
         Sight from, to;
-        std::uint64_t key;
+        Spot first, last;
     };
 
-    void place_crossings() {
+    /// Bisects the intervals of all cells between pixels, or those of sharp cells between half pixels.
+    void place_crossings(int division) {
         std::vector<Interval> intervals;
-        for (const Spot cell : cells_) {
-            for_intervals(cell, [&](Spot a, Spot b, bool) {
-                const std::uint64_t name = key(a, b);
-                if (!differ(look(a), look(b)) || !crossing_.emplace(name, none).second) return;
-                intervals.push_back({look(a), look(b), sight(a), sight(b), name});
-            });
+        std::unordered_set<std::uint64_t> known;
+        const auto add = [&](Spot a, Spot b) {
+            if (differ(look(a), look(b)) && known.insert(key(a, b)).second) intervals.push_back({look(a), look(b), sight(a), sight(b), a, b});
+        };
+        if (division == 1) {
+            std::sort(cells_.begin(), cells_.end(), is_before_along_curve);
+            for (const Spot cell : cells_) {
+                for (const auto& [a, b] : sides(cell)) add(a, b);
+            }
+        } else {
+            for (const Spot cell : sharp_cells_) {
+                for_halves(cell, [&](Spot a, Spot b, bool) {
+                    if (crossing(a, b) == none) add(a, b);
+                });
+            }
         }
         std::vector<Sight> middles(intervals.size());
         std::vector<Look> found(intervals.size());
-        for (int step = 0; step < bisections; ++step) {
+        for (int step = division - 1; step < bisections; ++step) {
             Interruption::check();
             for (std::size_t i = 0; i < intervals.size(); ++i) {
-                const auto& [a, b, from, to, name] = intervals[i];
-                middles[i] = {0.5f * (from.row + to.row), 0.5f * (from.column + to.column)};
+                const Interval& interval = intervals[i];
+                middles[i] = {0.5f * (interval.from.row + interval.to.row), 0.5f * (interval.from.column + interval.to.column)};
             }
             trace(middles, found);
             for (std::size_t i = 0; i < intervals.size(); ++i) {
-                auto& [a, b, from, to, name] = intervals[i];
-                if (is_before(a, found[i], b)) {
-                    b = found[i], to = middles[i];
+                Interval& interval = intervals[i];
+                const bool before = are_apart(interval.a, found[i]), after = are_apart(found[i], interval.b);
+                if (before && after && division == 1) mark(interval.first, interval.last, sharp);  // a third surface
+                if (is_before(interval.a, found[i], interval.b)) {
+                    interval.b = found[i], interval.to = middles[i];
                 } else {
-                    a = found[i], from = middles[i];
+                    interval.a = found[i], interval.from = middles[i];
                 }
             }
         }
-        for (const auto& [a, b, from, to, name] : intervals) {
-            if (!are_apart(a, b) && !(a.instance != no_instance && unlikeness(a, b) > 1)) continue;
-            if (!smooth_ && is_smooth(a, b)) continue;
-            crossing_[name] = static_cast<std::uint32_t>(network_.points.size());
-            network_.points.push_back({0.5f * (from.row + to.row), 0.5f * (from.column + to.column)});
+        for (const Interval& interval : intervals) {
+            const auto& [a, b, from, to, first, last] = interval;
+            if (!differ(a, b) || (!smooth_ && is_smooth(a, b))) continue;
+            const PicturePoint at{0.5f * (from.row + to.row), 0.5f * (from.column + to.column)};
+            const Spot half = middle(first, last);
+            const bool is_first = division == 2 || at.row + at.column < sight(half).row + sight(half).column;
+            crossings_[is_first ? key(first, division == 2 ? last : half) : key(half, last)] = static_cast<std::uint32_t>(network_.points.size());
+            network_.points.push_back(at);
         }
     }
+
+    /// Marks cells where curves meet, end or turn.
+    void mark_sharp_cells() {
+        static const float cos_sharp = std::cos(sharp_degrees * degree);
+        struct Passage {
+            Spot cell{-1, -1};
+            PicturePoint from;
+        };
+        std::vector<Passage> passages(network_.points.size());
+        for (std::size_t n = 0; n < cells_.size(); ++n) {
+            const Spot cell = cells_[n];
+            std::array<std::uint32_t, 4> met;
+            std::size_t count = 0;
+            for (const auto& [a, b] : sides(cell)) {
+                if (const std::uint32_t one = crossing_of_side(a, b); one != none) met[count++] = one;
+            }
+            if (count == 1 || count > 2) mark(cell, sharp);
+            if (count != 2) continue;
+            for (const auto& [at, from] : {std::pair{met[0], met[1]}, {met[1], met[0]}}) {
+                const PicturePoint here = network_.points[at], other = network_.points[from];
+                Passage& passage = passages[at];
+                if (passage.cell.row < 0) {
+                    passage = {cell, other};
+                    continue;
+                }
+                const float down = here.row - passage.from.row, right = here.column - passage.from.column;
+                const float on_down = other.row - here.row, on_right = other.column - here.column;
+                const float cosine = (down * on_down + right * on_right) / std::max(std::hypot(down, right) * std::hypot(on_down, on_right), 1e-9f);
+                if (cosine < cos_sharp) mark(cell, sharp), mark(passage.cell, sharp);
+            }
+        }
+    }
+
     /// Whether the edge between two looks is before the one in their middle.
     [[nodiscard]] bool is_before(const Look& a, const Look& middle, const Look& b) const {
         const bool first = are_apart(a, middle), second = are_apart(middle, b);
@@ -270,33 +372,38 @@ private:
         return unlikeness(a, b) <= 1;
     }
 
-    /// Segments of all cells of half a pixel.
+    /// Makes segments in all cells, and in the four halves of sharp ones.
     void connect() {
-        const auto crossing = [&](Spot a, Spot b) {
-            const auto found = crossing_.find(key(a, b));
-            return found == crossing_.end() ? none : found->second;
-        };
         for (const Spot cell : cells_) {
+            if (kind(cell) == crossed) {
+                std::array<std::uint32_t, 4> met;
+                for (std::size_t i = 0; i < met.size(); ++i) met[i] = crossing_of_side(sides(cell)[i].first, sides(cell)[i].second);
+                connect(met);
+                continue;
+            }
             for (const auto& [down, right] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 1}}) {
                 const int row = 2 * cell.row + down, column = 2 * cell.column + right;
                 const Spot top_left{row, column}, top_right{row, column + 1}, bottom_left{row + 1, column}, bottom_right{row + 1, column + 1};
-                std::array<std::uint32_t, 4> met;
-                std::size_t count = 0;
-                for (const std::uint32_t one : {crossing(top_left, top_right), crossing(top_left, bottom_left), crossing(bottom_left, bottom_right),
-                                                crossing(top_right, bottom_right)}) {
-                    if (one != none) met[count++] = one;
-                }
-                if (count == 2) network_.segments.emplace_back(met[0], met[1]);
-                if (count < 3) continue;
-                PicturePoint middle;
-                for (std::size_t i = 0; i < count; ++i) {
-                    middle.row += network_.points[met[i]].row / static_cast<float>(count);
-                    middle.column += network_.points[met[i]].column / static_cast<float>(count);
-                    network_.segments.emplace_back(met[i], static_cast<std::uint32_t>(network_.points.size()));
-                }
-                network_.points.push_back(middle);
+                connect({crossing(top_left, top_right), crossing(top_left, bottom_left), crossing(bottom_left, bottom_right),
+                         crossing(top_right, bottom_right)});
             }
         }
+    }
+    void connect(const std::array<std::uint32_t, 4>& around) {
+        std::array<std::uint32_t, 4> met;
+        std::size_t count = 0;
+        for (const std::uint32_t one : around) {
+            if (one != none) met[count++] = one;
+        }
+        if (count == 2) network_.segments.emplace_back(met[0], met[1]);
+        if (count < 3) return;
+        PicturePoint meeting;
+        for (std::size_t i = 0; i < count; ++i) {
+            meeting.row += network_.points[met[i]].row / static_cast<float>(count);
+            meeting.column += network_.points[met[i]].column / static_cast<float>(count);
+            network_.segments.emplace_back(met[i], static_cast<std::uint32_t>(network_.points.size()));
+        }
+        network_.points.push_back(meeting);
     }
 
     static constexpr std::uint32_t none = 0xffffffff;
@@ -304,12 +411,12 @@ private:
     const Scene& scene_;
     Projection projection_;
     int rows_, columns_;  // of half pixels, one pixel beyond the picture on each side
-    bool smooth_;
+    bool smooth_, has_face_normals_;
     std::vector<Look> looks_;
     std::vector<std::uint32_t> at_;     // indices of looks
-    std::vector<std::uint8_t> marked_;  // cells of four pixels
-    std::vector<Spot> cells_;          // the same, in the order in which they were found
-    std::unordered_map<std::uint64_t, std::uint32_t> crossing_;  // of intervals of half a pixel: their points
+    std::vector<std::uint8_t> kinds_;   // of cells
+    std::vector<Spot> cells_, sharp_cells_;  // that are crossed or sharp, and the latter
+    std::unordered_map<std::uint64_t, std::uint32_t> crossings_;  // points of the network, by the key of half a pixel
     LineNetwork network_;
 };
 

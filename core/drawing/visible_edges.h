@@ -15,7 +15,7 @@ constexpr float crease_of_edges_degrees = 25;
 ///
 /// There is an edge where neighbouring rays meet different instances or faces (`Shape::face`), or one face with a step
 /// in depth or a jump of the normal. First hits at pixel centres find edges, those at half pixels resolve them, and
-/// bisection places them within 1/64 pixel. With `smooth` false, borders of faces that meet without a crease are left
+/// bisection places them within 1/32 pixel. With `smooth` false, borders of faces that meet without a crease are left
 /// out.
 [[nodiscard]] Curves visible_edges(const Scene& scene, const Camera& camera, int height, int width, bool smooth = true);
 
