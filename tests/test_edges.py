@@ -96,7 +96,7 @@ def test_a_ball_has_its_outline_alone(shape):
     (outline,) = bob.draw(shape, bob.Camera(zoom=0.9), size=SIZE, edges=bob.Edges(hidden=True)).visible
     assert (outline[0] == outline[-1]).all()
     radius = np.linalg.norm(outline - (119.5, 159.5), axis=1)
-    assert np.abs(radius - 108).max() < (0.1 if isinstance(shape, bob.Implicit) else 1)
+    assert np.abs(radius - 108 / bob.Scene(shape).radius).max() < (0.1 if isinstance(shape, bob.Implicit) else 1)
 
 
 def test_a_torus_hides_itself():

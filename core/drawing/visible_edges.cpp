@@ -71,6 +71,7 @@ public:
         resolve_sharp_cells();
         place_crossings(2);
         connect();
+        cut_stubs();
         return joined(network_, tolerance_of_curves);
     }
 
@@ -247,7 +248,8 @@ private:
                     spots.push_back(p);
                 }
             }
-            trace(spots);
+            looks_.reserve(spots.size() + spots.size() / 4);
+        trace(spots);
             for (std::size_t n = begin; n < end; ++n) {
                 const Spot cell = sharp_cells_[n];
                 for_halves(cell, [&](Spot a, Spot b, bool on_border) {
@@ -415,6 +417,18 @@ private:
             network_.segments.emplace_back(met[i], static_cast<std::uint32_t>(network_.points.size()));
         }
         network_.points.push_back(meeting);
+    }
+
+    /// Leaves out what ends within half a pixel from a curve: noise of grazing surfaces, not an edge.
+    void cut_stubs() {
+        std::vector<std::uint8_t> meets(network_.points.size());
+        for (const auto& [a, b] : network_.segments) ++meets[a], ++meets[b];
+        std::erase_if(network_.segments, [&](const auto& segment) {
+            const auto& [a, b] = segment;
+            if (std::min(meets[a], meets[b]) != 1 || std::max(meets[a], meets[b]) < 3) return false;
+            --meets[a], --meets[b];
+            return true;
+        });
     }
 
     static constexpr std::uint32_t none = 0xffffffff;

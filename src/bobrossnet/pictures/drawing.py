@@ -116,9 +116,12 @@ class Drawing:
     def over(self, picture: Picture, coverage: F32 | None = None) -> Picture:
         """Return a picture of the same size with the lines over it; `coverage` is theirs, if it is known."""
         coverage = self.coverage() if coverage is None else coverage
-        ink = np.asarray(linear("color", self.edges.color), np.float32)
-        rest = 1 - coverage
-        return Picture(picture.color * rest[..., None] + coverage[..., None] * ink, picture.alpha * rest + coverage)
+        covered = np.nonzero(coverage)
+        share = coverage[covered]
+        color, alpha = picture.color.copy(), picture.alpha.copy()
+        color[covered] += share[:, None] * (np.asarray(linear("color", self.edges.color), np.float32) - color[covered])
+        alpha[covered] += share * (1 - alpha[covered])
+        return Picture(color, alpha)
 
     def picture(self, background: Background = None) -> Picture:
         """Return the drawing as pixels, on a background as in `render`."""
