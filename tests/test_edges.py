@@ -49,7 +49,7 @@ def seen(scene, camera, points, size=SIZE):
     return camera.core(scene.center, scene.radius).seen(*size, points.astype(np.float32))[:, :2]
 
 
-def along(curves, step=0.5):
+def along(curves, step=1.0):
     """Return places along polylines, (n, 2)."""
     places = []
     for curve in curves:
@@ -61,7 +61,7 @@ def along(curves, step=0.5):
 
 def farthest(places, others):
     """Return the largest distance from one of the places to the nearest of the others."""
-    return max(np.linalg.norm(others - place, axis=1).min() for place in places)
+    return max(np.sqrt(((others - place) ** 2).sum(axis=1).min()) for place in places)
 
 
 def length(curves):
@@ -146,37 +146,104 @@ def test_numbers_of_faces_are_kept(tmp_path):
             halves(wrong)
 
 
-def ids_differ(scene, camera, size):
-    """Return whether first hits differ between horizontal neighbours, by instance or face."""
+def face_ids(scene, camera, size):
+    """Return the instance and the face at each pixel, (H, W, 2): pieces of one face have its number."""
     rows, columns = np.indices(size).reshape(2, -1).astype(np.float32)
     core = camera.core(scene.center, scene.radius)
     near, far = (core.points(*size, np.stack([rows, columns, np.full_like(rows, d)], axis=1)) for d in (1.01, 0))
     hits = scene.closest_hits(near.astype(float) * scene.radius + scene.center, (far - near).astype(float))
-    ids = np.stack([hits.instance, np.where(hits.instance < 0, -1, hits.primitive)], axis=1).reshape(*size, 2)
-    return (ids[:, 1:] != ids[:, :-1]).any(axis=-1)
+    faces = hits.primitive.copy()
+    for number, instance in enumerate(scene.instances):
+        if instance.shape.face_numbers is not None:
+            own = hits.instance == number
+            faces[own] = instance.shape.face_numbers[faces[own]]
+    return np.stack([hits.instance, faces], axis=1).reshape(*size, 2)
 
 
-def crossed(drawing, size):
-    """Return which horizontal neighbours have a line between them."""
-    result = np.zeros((size[0], size[1] - 1), bool)
-    for curve in drawing.visible:
-        for a, b in pairwise(curve):
-            low, high = sorted((float(a[0]), float(b[0])))
-            for row in range(max(int(np.ceil(low)), 0), min(int(np.floor(high)), size[0] - 1) + 1):
-                column = a[1] + (row - a[0]) / (b[0] - a[0]) * (b[1] - a[1]) if a[0] != b[0] else a[1]
-                if 0 <= column < size[1] - 1:
-                    result[row, int(column)] = True
-    return result
+def neighbours_differ(scene, camera, size):
+    """Return whether the faces of horizontal and of vertical neighbours differ."""
+    ids = face_ids(scene, camera, size)
+    return [(np.diff(ids, axis=axis) != 0).any(axis=-1) for axis in (1, 0)]
+
+
+def lines_between(drawing, size):
+    """Return whether a line runs within 1/4 pixel of the way between horizontal and vertical neighbours."""
+    places = np.round(4 * along(drawing.visible, 0.05)).astype(int)
+    fine = np.zeros((4 * size[0] + 1, 4 * size[1] + 1), bool)
+    inside = ((places >= 0) & (places < fine.shape)).all(axis=1)
+    fine[tuple(places[inside].T)] = True
+    near = np.zeros_like(fine)
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            near |= np.roll(fine, (down, right), axis=(0, 1))
+    across = np.logical_or.reduce([near[:-1:4, k : k - 4 : 4] for k in range(4)])[:, :-1]
+    down = np.logical_or.reduce([near[k : k - 4 : 4, :-1:4] for k in range(4)])[:-1]
+    return across, down
+
+
+def check_lines(scene, camera, size=SIZE):
+    """Check that a line runs between all neighbours of different faces; return the number of such neighbours."""
+    lines = lines_between(bob.draw(scene, camera, size=size), size)
+    changes = neighbours_differ(scene, camera, size)
+    for change, line in zip(changes, lines, strict=True):
+        assert (change & ~line).sum() == 0
+    return sum(change.sum() for change in changes)
 
 
 def test_lines_run_where_faces_change():
     """Of several parts, of which one cuts another."""
     parts = bob.Scene([bob.Instance(CUBES["brep"]), bob.Instance(cylinder()).translate((0.4, 0.3, 1.2)), torus()])
     camera = bob.Camera(azimuth=40, elevation=30)
-    lines, changes = crossed(bob.draw(parts, camera, size=SIZE), SIZE), ids_differ(parts, camera, SIZE)
-    near = lines | np.roll(lines, 1, axis=1) | np.roll(lines, -1, axis=1)  # simplification moves them by 1/20 pixel
-    assert (changes & ~near).sum() == 0
-    assert changes.sum() > 300
+    assert check_lines(parts, camera) > 1000
+
+
+def step_file(path, shape):
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    writer = STEPControl_Writer()
+    writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(path))
+    return bob.load(path)
+
+
+def test_step_solids_have_lines_at_borders_of_their_faces(tmp_path):
+    """A block with a fillet, a hole, a pin and a dent: closed surfaces are cut in pieces, but have no seams."""
+    pytest.importorskip("OCP")
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeSphere
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    def pin(x, y, z, radius, height):
+        return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, y, z), gp_Dir(0, 0, 1)), radius, height).Shape()
+
+    box = BRepPrimAPI_MakeBox(60.0, 40.0, 15.0).Shape()
+    fillet = BRepFilletAPI_MakeFillet(box)
+    fillet.Add(5.0, TopoDS.Edge(TopExp_Explorer(box, TopAbs_ShapeEnum.TopAbs_EDGE).Current()))
+    block = BRepAlgoAPI_Cut(fillet.Shape(), pin(15, 20, -1, 6, 20)).Shape()
+    block = BRepAlgoAPI_Fuse(block, pin(42, 14, 10, 7, 20)).Shape()
+    block = BRepAlgoAPI_Cut(block, BRepPrimAPI_MakeSphere(gp_Pnt(42.0, 32.0, 18.0), 8.0).Shape()).Shape()
+    scene = step_file(tmp_path / "block.step", block)
+    (instance,) = scene.instances
+    assert len(instance.shape.faces) > len({*instance.shape.face_numbers.tolist()})
+    for azimuth, elevation in ((30, 35), (-70, 50), (200, -30)):
+        assert check_lines(scene, bob.Camera(azimuth, elevation)) > 1000
+
+
+def test_seams_of_a_step_file_are_no_edges(tmp_path):
+    pytest.importorskip("OCP")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeSphere
+
+    camera, edges = bob.Camera(azimuth=0, elevation=90, zoom=0.9), bob.Edges(hidden=True)
+    for shape in (BRepPrimAPI_MakeSphere(4.0).Shape(), BRepPrimAPI_MakeCylinder(4.0, 2.0).Shape()):
+        (instance,) = step_file(tmp_path / "closed.step", shape).instances
+        for angle in (0, 0.7):
+            scene = bob.Scene(instance.rotate(angle, (0, 0, 1)))
+            (outline,) = bob.draw(scene, camera, size=SIZE, edges=edges).visible
+            assert np.ptp(np.linalg.norm(outline - (119.5, 159.5), axis=1)) < 0.2
 
 
 @pytest.mark.parametrize("zoom", [0.7, 7])
