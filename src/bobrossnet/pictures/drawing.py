@@ -19,7 +19,7 @@ from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.hidden import Curves, hidden_edges
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_number, shape_of
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 F32 = NDArray[np.float32]
@@ -128,8 +128,8 @@ class Drawing:
         empty = picture_of(np.zeros((*self.size, 3), np.float32), np.zeros(self.size, np.float32), background)
         return self.over(empty)
 
-    def svg(self, background: Color | None = None) -> str:
-        """Return the drawing as an SVG document, one unit a pixel."""
+    def svg(self, background: Background = None) -> str:
+        """Return the drawing as an SVG document, one unit a pixel; the background is one color or None."""
         height, width = self.size
         lines = [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
@@ -243,8 +243,8 @@ def _paths(curves: Iterable[F32]) -> list[str]:
     return paths
 
 
-def _hex(name: str, color: Color) -> str:
-    if not isinstance(color, str) and len(color) == 2:
+def _hex(name: str, color: Any) -> str:
+    if not isinstance(color, str) and shape_of(color) == (2,):
         raise InputError(f"{name}: expected one color for an SVG, got two")
     red, green, blue = to_8_bit(to_srgb(np.asarray(linear(name, color), np.float32))).tolist()
     return f"#{red:02x}{green:02x}{blue:02x}"
