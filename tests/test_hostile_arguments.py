@@ -125,6 +125,11 @@ class Calls:
         yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
         yield "draw", bob.draw, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "Drawing.save", bob.draw(mesh, size=(8, 8)).save, {"path": self.folder / "a.svg"}
+        yield (
+            "views",
+            bob.views,
+            {"scene": mesh, "cameras": [camera], "channels": ["depth"], "size": (8, 8), "samples": 1},
+        )
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}
