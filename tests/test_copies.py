@@ -44,6 +44,8 @@ def part() -> bob.GBuffer:
 MAKERS: dict[str, Callable[[], Any]] = {
     "Brep": surface,
     "Camera": lambda: bob.Camera(position=(3, 0, 1), fov=50),
+    "Drawing": lambda: bob.draw(scene(), size=SIZE),
+    "Edges": lambda: bob.Edges(2, "#c33", hidden=True),
     "Face": lambda: surface().faces[0],
     "Film": lambda: bob.orbit(scene(), frames=2, size=SIZE, samples=1),
     "Frame": lambda: next(iter(bob.progressive(scene(), size=SIZE, fraction=0.3))),
@@ -73,6 +75,7 @@ STAY = {"View"}
 
 PIXELS = np.argwhere(np.ones(SIZE)).astype(np.int32)
 USED: dict[str, Callable[[Any], Any]] = {
+    "Drawing": lambda drawing: (drawing.visible, drawing.hidden, drawing.svg(), drawing.coverage()),
     "Film": lambda film: [picture.rgba for picture in film],
     "Frame": lambda frame: (
         frame.image,

@@ -87,6 +87,12 @@ public:
     /// For hits only, not misses.
     [[nodiscard]] virtual Place place(const Hit& hit) const { return {hit.primitive, hit.u, hit.v}; }
 
+    /// The face of a hit, for drawings: where two faces meet there is an edge, even if they meet smoothly.
+    [[nodiscard]] virtual std::uint32_t face(const Hit& hit) const {
+        (void)hit;
+        return 0;
+    }
+
     /// Memory of the intersection data, without the picture.
     [[nodiscard]] virtual std::size_t bytes() const = 0;
 

@@ -29,6 +29,7 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
 from bobrossnet.picture.samples import Samples
+from bobrossnet.pictures.drawing import Drawing, Edges, draw
 from bobrossnet.pictures.filming import Film, orbit
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
@@ -55,6 +56,8 @@ from bobrossnet.tracing.trace import SceneTracer, trace
 __all__ = [
     "Brep",
     "Camera",
+    "Drawing",
+    "Edges",
     "Face",
     "Film",
     "Frame",
@@ -80,6 +83,7 @@ __all__ = [
     "Tube",
     "View",
     "complete",
+    "draw",
     "export",
     "fitted",
     "happy_tree",

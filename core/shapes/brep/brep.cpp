@@ -171,6 +171,7 @@ Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) 
         const Domain domain{s.knots_u[static_cast<std::size_t>(s.degree_u)], s.knots_u[s.size_u()],
                             s.knots_v[static_cast<std::size_t>(s.degree_v)], s.knots_v[s.size_v()]};
         regions_.push_back(std::make_unique<TrimRegion>(face.loops, domain));
+        numbers_.push_back(face.number.value_or(static_cast<std::uint32_t>(patches.size())));
         patches.push_back({decompose(s), regions_.back().get()});
     }
     pieces_ = build_pieces(patches, tolerance);

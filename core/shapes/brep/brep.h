@@ -18,6 +18,7 @@ struct Face {
     NurbsSurface surface;
     std::vector<TrimLoop> loops;  // empty: the whole surface
     std::optional<Vec3> color = std::nullopt;  // linear RGB, 0..1; white if absent
+    std::optional<std::uint32_t> number = std::nullopt;  // equal for pieces of one face; if absent, that in the brep
 };
 
 class Brep : public Shape {
@@ -45,6 +46,7 @@ public:
 
     /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
+    [[nodiscard]] std::uint32_t face(const Hit& hit) const override { return numbers_[pieces_.patches[hit.primitive].face]; }
     [[nodiscard]] std::size_t bytes() const override;
 
     [[nodiscard]] const Pieces& pieces() const { return pieces_; }
@@ -73,6 +75,7 @@ private:
     Pieces pieces_;
     Search search_;
     std::vector<Vec3> colors_;  // of the faces, if any has one
+    std::vector<std::uint32_t> numbers_;  // of the faces
 };
 
 }  // namespace bob

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 
 from bobrossnet.adapters.files import ALL_ENDINGS, KINDS
 from bobrossnet.picture.camera import Camera
-from bobrossnet.pictures.rendering import BLACK
+from bobrossnet.pictures.background import BLACK
+from bobrossnet.pictures.drawing import Edges
 from bobrossnet.tracing.scene import Scene
 
 FILES = "; ".join(
@@ -129,6 +130,27 @@ def add_light(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="shadows on a plane below the shapes (default: in the studio)",
     )
+
+
+def add_edges(parser: argparse.ArgumentParser) -> None:
+    """Add --edges and the look of its lines; `edges` reads them."""
+    parser.add_argument(
+        "--edges", action="store_true", help="draw lines at borders of NURBS faces, at creases and silhouettes"
+    )
+    parser.add_argument(
+        "--hidden", action="store_true", help="also draw hidden borders and creases, thin and dashed; implies --edges"
+    )
+    parser.add_argument("--line-width", type=positive, metavar="PIXELS", help="of edges, at any zoom (default: 1.5)")
+    parser.add_argument("--line-color", metavar="COLOR", help="of edges (default: #000000)")
+
+
+def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
+    """Return the lines that `add_edges` asks for, or None; `wanted` asks for them as well."""
+    given = {"width": options.line_width, "color": options.line_color}
+    look = {name: value for name, value in given.items() if value is not None}
+    if not (wanted or options.edges or options.hidden or look):
+        return None
+    return Edges(**look, hidden=options.hidden)
 
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
