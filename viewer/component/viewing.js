@@ -239,6 +239,11 @@ export class Viewing {
     this.schedule.change(what);
   }
 
+  /** Traces places of the current scene, as Scene.probe. @type {Pool["probe"]} */
+  async probe(places, size, camera) {
+    return this.#pools.shown?.probe(places, size, camera) ?? null;
+  }
+
   /** @param {import("../workers/completing.js").Showing} showing the way to paint pictures */
   paint(showing) {
     this.#completing[0].postMessage({ kind: "show", ...showing });
