@@ -24,20 +24,27 @@
  * prevented; `camera-change`.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {"user-interaction" | "none"} Source of a movement
+ * @typedef {{point: number[], normal: number[], instance: number, part: string | null, inSphere: number[]}} Picked
+ *   point: in the scene's coordinates; normal: of unit length; instance: its index; part: its name in the file;
+ *   inSphere: the point in radii from the centre
  */
 import { addressOf, fileName } from "../core/addresses.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
-import { orbit } from "./orbit.js";
+import { fitted } from "../picture/fitting.js";
+import { projection } from "../picture/projection.js";
+import { listen, listenForClicks } from "./gestures.js";
+import { KEYS, home, listenToKeys } from "./keys.js";
+import { Motion } from "./motion.js";
 import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
+import { VIEWS, VIEW_NAMES } from "./views.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
-
-const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: roll. P: perspective. Home: reset.";
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
@@ -57,13 +64,17 @@ export class BobView extends HTMLElement {
   #viewing;
   /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
-  #resizing = new ResizeObserver(() => this.#fit());
+  #resizing = new ResizeObserver(() => this.#resize());
+  #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
   /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
   #wasTouched = false;
   #promptTimer = 0;
   #turning = 0;
+  #saving = 0; // pictures being saved, for which it stands still
+  /** Called when the element is removed. @type {Set<() => void>} */
+  #leaving = new Set();
   #isNew = false; // whether the scene has no picture yet
   /** @type {import("../workers/completing.js").Showing} */
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
@@ -75,6 +86,7 @@ export class BobView extends HTMLElement {
     this.#prompt.ariaHidden = "true";
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
+    listenForClicks(this.#canvas, (event) => this.#click(event));
     root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("p", { id: "keys", hidden: true, textContent: KEYS }));
   }
 
@@ -97,7 +109,7 @@ export class BobView extends HTMLElement {
     });
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
-    this.#fit();
+    this.#resize();
   }
 
   disconnectedCallback() {
@@ -105,6 +117,8 @@ export class BobView extends HTMLElement {
     this.#resizing.disconnect();
     this.#viewing?.end();
     this.#viewing = undefined;
+    this.#motion.stop();
+    for (const leave of this.#leaving) leave();
     clearTimeout(this.#promptTimer);
     cancelAnimationFrame(this.#turning);
   }
@@ -129,7 +143,7 @@ export class BobView extends HTMLElement {
       this.style.background = value ?? "";
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
-      this.#fit();
+      this.#resize();
     } else if (name === "auto-rotate") {
       this.#turn();
     } else {
@@ -150,6 +164,7 @@ export class BobView extends HTMLElement {
 
   /** @param {Partial<Camera>} camera missing parameters are unchanged */
   set camera(camera) {
+    this.#motion.stop();
     this.#look(camera, "none");
   }
 
@@ -197,8 +212,23 @@ export class BobView extends HTMLElement {
     this.#viewing?.paint(this.#showing);
   }
 
-  /** The current picture. @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>} */
-  toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+  /**
+   * The exact picture, of the size at rest: waits until it is traced. `progress` events report how far that is.
+   *
+   * @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>}
+   */
+  async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+    this.#motion.stop();
+    ++this.#saving;
+    const { schedule } = this.viewing, { refines } = schedule;
+    schedule.refines = true;
+    schedule.next();
+    try {
+      await this.converged();
+    } finally {
+      schedule.refines = refines;
+      --this.#saving;
+    }
     return new Promise((resolve, reject) => this.#canvas.toBlob(
       (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
   }
@@ -208,17 +238,59 @@ export class BobView extends HTMLElement {
     return this.#canvas.toDataURL(type, quality);
   }
 
-  /** Resolves once the picture is exact. @returns {Promise<void>} */
+  /** Resolves once the picture is exact; rejects if the element is removed before. @returns {Promise<void>} */
   converged() {
-    return new Promise((resolve) => {
+    return new Promise((resolve, reject) => {
       const check = () => {
-        if (!this.#viewing?.statistics.exact) return;
+        const isRemoved = !this.isConnected;
+        if (!isRemoved && !this.#viewing?.statistics.exact) return;
         this.removeEventListener("progress", check);
-        resolve();
+        this.#leaving.delete(check);
+        if (isRemoved) reject(new Error("converged: expected an element in a document, got one that was removed"));
+        else resolve();
       };
       this.addEventListener("progress", check);
+      this.#leaving.add(check);
       check();
     });
+  }
+
+  /**
+   * Moves the camera, smoothly unless the user prefers reduced motion.
+   *
+   * @param {import("./views.js").ViewName | "home" | Partial<Camera>} view
+   * @returns {Promise<void>} resolved once it is there, or something else moves the camera
+   */
+  async goTo(view) {
+    if (view === "home") return this.#home("none");
+    const camera = typeof view === "string" ? VIEWS[view] : view;
+    if (!camera) throw new TypeError(`goTo: expected home, ${VIEW_NAMES.join(", ")} or a camera, got ${view}`);
+    return this.#motion.goTo(camera);
+  }
+
+  /** Shows the whole scene, as large as possible, in the same direction. @returns {Promise<void>} as goTo */
+  fit() {
+    return this.#goToFit("none");
+  }
+
+  /**
+   * The surface at a place of the window, such as an event's clientX and clientY.
+   *
+   * @param {number} clientX @param {number} clientY
+   * @returns {Promise<Picked | null>} null if there is none
+   */
+  async pick(clientX, clientY) {
+    const { camera } = this, { width, height } = this.pictureBox, box = this.#canvas.getBoundingClientRect();
+    const x = (clientX - box.left) * width / box.width, y = (clientY - box.top) * height / box.height;
+    if (!(x >= 0 && x < width && y >= 0 && y < height)) return null;
+    const probe = await this.#viewing?.probe([x, y], { width, height }, camera);
+    if (!probe || !(probe.samples[0] === probe.samples[0])) return null;
+    const [depth, nx, ny, instance] = probe.samples, { point, normal } = projection(camera, { width, height });
+    const place = point(x, y, depth), { center, radius } = probe.sphere;
+    return {
+      point: center.map((value, axis) => value + radius * place[axis]), normal: normal(nx, ny, x, y),
+      instance, part: probe.names.get(instance) ?? null, inSphere: place,
+    };
   }
 
   // ---- Scenes --------------------------------------------------------------------------------------------
@@ -251,6 +323,7 @@ export class BobView extends HTMLElement {
   /** Called for each new scene. */
   begun() {
     this.#isNew = true;
+    this.#motion.pivot = null;
     this.#wrong.hidden = true;
   }
 
@@ -290,7 +363,7 @@ export class BobView extends HTMLElement {
   }
 
   /** The size of the picture at rest: device pixels. */
-  #fit() {
+  #resize() {
     const { clientWidth, clientHeight } = this, fixed = this.#fixedSize;
     const { width, height } = fixed ?? { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio };
     if (!this.#viewing || width < 1 || height < 1) return;
@@ -314,10 +387,42 @@ export class BobView extends HTMLElement {
     this.#hands = isTurned ? new AbortController() : undefined;
     if (isTurned) canvas.tabIndex = 0;
     else canvas.removeAttribute("tabindex");
-    if (this.#hands) orbit(canvas, () => this.camera, (camera) => this.#look(camera, "user-interaction"), this.#hands.signal);
+    if (!this.#hands) return;
+    const { signal } = this.#hands, actions = { fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction") };
+    listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
+    listenToKeys(canvas, this.#motion, () => this.camera, actions, signal);
   }
 
-  /** @param {Partial<Camera>} camera @param {"user-interaction" | "none"} source */
+  /** @param {Source} source */
+  async #goToFit(source) {
+    const { height, width } = this.pictureBox, { viewing } = this;
+    const camera = await fitted(this.camera, { height, width }, (...places) => viewing.probe(...places));
+    this.#motion.pivot = null;
+    await this.#motion.goTo(camera, source);
+  }
+
+  /** @param {Source} source */
+  #home(source) {
+    this.#motion.pivot = null;
+    return this.#motion.goTo(home(this.camera), source);
+  }
+
+  /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
+  async #focus(x, y) {
+    const picked = await this.pick(x, y), { height, width } = this.pictureBox;
+    if (!picked) return this.#goToFit("user-interaction");
+    this.#motion.pivot = picked.inSphere;
+    const pan = projection(this.camera, { height, width }).panTo(picked.inSphere, width / 2, height / 2);
+    await this.#motion.goTo(pan, "user-interaction");
+  }
+
+  /** @param {PointerEvent} event */
+  async #click({ clientX, clientY }) {
+    const detail = await this.pick(clientX, clientY);
+    this.dispatchEvent(new CustomEvent("pick", { detail }));
+  }
+
+  /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
     const before = this.camera, after = valid({ ...before, ...camera });
     if (source === "user-interaction") {
@@ -340,7 +445,7 @@ export class BobView extends HTMLElement {
       this.#turning = requestAnimationFrame(step);
       const since = now - last;
       last = now;
-      if (this.#viewing?.statistics.pictures && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
+      if (this.#viewing?.statistics.pictures && !this.#saving && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
         this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
       }
     };

@@ -9,7 +9,11 @@ STYLE.replaceSync(`
 
 canvas { display: block; grid-area: 1 / 1; user-select: none; }
 
-:host([camera-controls]) canvas { touch-action: none; cursor: grab; }
+:host([camera-controls]) canvas { touch-action: pan-y; cursor: grab; }
+
+:host([touch-action="pan-x"]) canvas { touch-action: pan-x; }
+
+:host([touch-action="none"]) canvas { touch-action: none; }
 
 :host([camera-controls]) canvas:active { cursor: grabbing; }
 

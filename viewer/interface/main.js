@@ -7,7 +7,6 @@
  * all pictures by `data-field-of-view` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
-import { home } from "../component/orbit.js";
 import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE, valid } from "../picture/camera.js";
@@ -49,6 +48,7 @@ for (const [name, value] of Object.entries({
 if (background) stage.style.background = "none";
 picture.toggleAttribute("camera-controls", true);
 picture.setAttribute("interaction-prompt", "none");
+picture.setAttribute("touch-action", "none"); // the page scrolls by its controls
 stage.prepend(picture);
 const { viewing } = picture, { schedule, statistics } = viewing;
 
@@ -187,14 +187,31 @@ addEventListener("drop", (event) => {
 
 // ---- Saving and links -------------------------------------------------------------------------------------
 
-element("home", HTMLButtonElement).addEventListener("click", () => look(home(picture.camera)));
+element("home", HTMLButtonElement).addEventListener("click", () => picture.goTo("home"));
 
-element("save", HTMLButtonElement).addEventListener("click", async () => {
-  const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(await picture.toBlob());
-  anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
-  anchor.click();
-  URL.revokeObjectURL(anchor.href);
+const save = element("save", HTMLButtonElement), saveLabel = save.textContent;
+
+/** The share of the picture that is traced, on the button. @param {Event} event */
+const showProgress = (event) =>
+  (save.textContent = `Tracing… ${Math.floor(100 * /** @type {CustomEvent} */ (event).detail.totalProgress)} %`);
+
+save.addEventListener("click", async () => {
+  save.disabled = true;
+  picture.addEventListener("progress", showProgress);
+  try {
+    const anchor = document.createElement("a"), blob = await picture.toBlob();
+    anchor.href = URL.createObjectURL(blob);
+    anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
+    anchor.click();
+    URL.revokeObjectURL(anchor.href);
+    status.textContent = "The picture is saved";
+  } catch (error) {
+    message.textContent = error instanceof Error ? error.message : String(error);
+  } finally {
+    picture.removeEventListener("progress", showProgress);
+    save.textContent = saveLabel;
+    save.disabled = false;
+  }
 });
 
 /** A link to this page with its scene and camera. */
