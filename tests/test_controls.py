@@ -441,3 +441,104 @@ def test_a_double_click_centres_a_point_and_turns_about_it(shown, fov):
     page.mouse.dblclick(3, 3)  # beside the scene: everything
     wanted = fitted(scene(), bob.Camera(turned.azimuth, turned.elevation, fov=fov), size=(HEIGHT, WIDTH))
     page.wait_for_function(f"(zoom) => Math.abs({VIEW}.camera.zoom / zoom - 1) < 0.03", arg=wanted.zoom)
+
+
+# ---- Attributes ------------------------------------------------------------------------------------------
+
+
+def test_limits_hold_for_hands_and_for_words(shown):
+    limits = 'min-camera-orbit="100deg 30deg 50%" max-camera-orbit="140deg 80deg auto" max-field-of-view="40deg"'
+    page = shown(f'src="two.bob" {limits} camera-orbit="120deg 10deg 20%"')
+    assert camera(page) == bob.Camera(azimuth=30, elevation=60, zoom=2)
+    page.locator("bob-view").focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("ArrowDown")
+    assert camera(page) == bob.Camera(azimuth=50, elevation=10, zoom=2)
+    page.keyboard.press("4")  # the back, beyond: the nearer end
+    assert camera(page).azimuth == 50
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 350, fov: 90 }}; }}")
+    assert camera(page) == bob.Camera(azimuth=10, elevation=10, zoom=2, fov=40)
+    page.evaluate(f"() => {{ {VIEW}.minCameraOrbit = null; {VIEW}.camera = {{ zoom: 9, azimuth: 300 }}; }}")
+    assert camera(page).zoom == 9
+
+
+@pytest.mark.parametrize(
+    ("attributes", "turn"),
+    [
+        ('up="y"', ("x", 90)),
+        ('orientation="0deg 0deg 90deg"', ("z", 90)),
+        ('orientation="90deg 0deg 0deg"', ("y", -90)),
+        ('orientation="0deg 90deg 0deg"', ("x", 90)),
+    ],
+)
+def test_scenes_are_turned(shown, attributes, turn):
+    page = shown(f'src="two.bob" {attributes} picture-size="{WIDTH}x{HEIGHT}"')
+    axis = np.eye(3)["xyz".index(turn[0])]
+    turned = bob.Scene([instance.rotate(np.radians(turn[1]), axis) for instance in scene().instances])
+    wanted = color_to_8_bit(bob.trace(turned, size=(HEIGHT, WIDTH)).gray)
+    assert (np.abs(settled(page)[..., 0].astype(int) - wanted) > 1).mean() < 0.005
+    page.evaluate(f"async () => {{ const view = {VIEW}; view.up = view.orientation = null; }}")
+    page.wait_for_function(f"() => {VIEW}.ariaBusy === null")
+    assert (np.abs(settled(page)[..., 0].astype(int) - expected(bob.Camera())) > 1).mean() < 0.005
+
+
+def test_exposure_is_a_factor_of_light(shown):
+    page = shown('src="two.bob" exposure="0.25"')
+    linear = bob.trace(scene(), size=(HEIGHT, WIDTH)).gray
+    assert (np.abs(settled(page)[..., 0].astype(int) - color_to_8_bit(linear / 4)) > 1).mean() < 0.005
+    page.evaluate(f"() => {{ {VIEW}.exposure = 2; }}")
+    brighter = color_to_8_bit(np.minimum(2 * linear, 1))
+    page.wait_for_timeout(200)
+    assert (np.abs(settled(page)[..., 0].astype(int) - brighter) > 1).mean() < 0.005
+
+
+def test_a_poster_stays_until_it_is_dismissed(shown, folder):
+    Image.new("RGB", (64, 48), (200, 0, 0)).save(folder / "poster.png")
+    page = shown('src="two.bob" poster="poster.png" reveal="manual"')
+    assert page.is_visible("bob-view img")
+    seen = page.evaluate(f"""() => {{
+      let seen = 0;
+      {VIEW}.addEventListener("poster-dismissed", () => ++seen);
+      {VIEW}.dismissPoster();
+      return seen;
+    }}""")
+    assert seen == 1
+    assert not page.is_visible("bob-view img")
+
+
+def test_it_turns_as_soon_and_as_fast_as_wanted(shown):
+    page = shown(
+        'src="two.bob" auto-rotate auto-rotate-delay="0" rotation-per-second="90deg"', reduced_motion="no-preference"
+    )
+    page.wait_for_function("() => told.filter(({ type }) => type === 'camera-change').length > 5")
+    assert 1 < (30 - camera(page).azimuth) % 360 < 350
+
+
+@pytest.mark.parametrize(
+    ("attribute", "message"),
+    [
+        ('up="x"', "up: expected y or z, got x"),
+        ('orientation="1deg"', "orientation: expected three angles, such as 0deg 90deg 0deg, got 1deg"),
+        ('exposure="-1"', "exposure: expected a number of at least 0, got -1"),
+        ('min-camera-orbit="1"', "min-camera-orbit: expected angles and a share, such as auto 30deg 50%, got 1"),
+        ('max-field-of-view="wide"', "max-field-of-view: expected an angle, such as 20deg, got wide"),
+    ],
+)
+def test_wrong_attributes_are_told_and_change_nothing(shown, attribute, message):
+    page = shown(f'src="two.bob" {attribute}')
+    told = page.evaluate("() => told.filter(({ type }) => type === 'error').map(({ detail }) => detail.message)")
+    assert told == [message]
+    assert camera(page) == bob.Camera()
+
+
+def test_properties_reflect_attributes(shown):
+    page = shown()
+    values = page.evaluate(f"""() => {{
+      const view = {VIEW};
+      view.cameraOrbit = "90deg 90deg 100%", view.autoRotateDelay = 500, view.cameraControls = false;
+      const isReflected = view.getAttribute("camera-orbit") === "90deg 90deg 100%";
+      return [isReflected, view.autoRotateDelay, view.hasAttribute("camera-controls"), view.exposure];
+    }}""")
+    assert values == [True, "500", False, None]
+    assert camera(page) == bob.Camera(azimuth=0, elevation=0)

@@ -10,18 +10,25 @@
  * | `src` | a scene's address; its suffix determines the format (files/read.js) |
  * | `alt` | text alternative |
  * | `poster` | the address of a picture until the first one is traced |
+ * | `reveal` | "manual" keeps the poster until `dismissPoster()` |
+ * | `up` | "y" if the file has y up; by default z is up, and formats that know it are turned |
+ * | `orientation` | "0deg 90deg 0deg": roll, pitch and yaw of the scene |
  * | `camera-orbit` | "120deg 70deg 100%", see words.js |
  * | `field-of-view` | "35deg"; if omitted, the camera is orthographic |
+ * | `min-camera-orbit`, `max-camera-orbit`, `min-field-of-view`, `max-field-of-view` | limits of these |
  * | `camera-controls` | the mouse, touch and keys move the camera |
+ * | `touch-action` | "pan-y", the default, leaves vertical swipes to the page, "pan-x" horizontal ones, "none" none |
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
+ * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
+ * | `exposure` | factor of the light, 1 by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `workers` | number of tracing threads; by default the number of processors |
  *
  * Events: `load` at the first picture of a scene; `progress` with each picture, with the fraction of traced pixels in
  * `detail.totalProgress`, 1 for an exact picture; `error`, whose `detail.message` is displayed unless the default is
- * prevented; `camera-change`.
+ * prevented; `camera-change`; `pick` at a click, with the surface there in `detail`, or null; `poster-dismissed`.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {"user-interaction" | "none"} Source of a movement
@@ -36,24 +43,33 @@ import { projection } from "../picture/projection.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, home, listenToKeys } from "./keys.js";
 import { Motion } from "./motion.js";
+import { LIMITS, limited } from "./limits.js";
+import { reflect } from "./properties.js";
+import { UPRIGHT, product } from "../shapes/affine.js";
 import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
-import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
+import { degrees, fromCameraOrbit, fromFieldOfView, fromOrientation, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
+const REMOVED = "bob-view-removed"; // an event for the element itself
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
+const UPRIGHT_FORMATS = /\.(glb|gltf)$/i; // their readers turn y up to z up
+
+/** Attributes with properties of the same names. */
+const TEXTS = [
+  "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
+  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "workers",
+];
+const SWITCHES = ["camera-controls", "auto-rotate"];
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
 
 export class BobView extends HTMLElement {
-  static observedAttributes = [
-    "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
-    "picture-size",
-  ];
+  static observedAttributes = ["src", "alt", ...TEXTS, ...SWITCHES];
 
   #canvas = made("canvas", { width: 1, height: 1 });
   #poster = made("img", { hidden: true, alt: "" });
@@ -73,8 +89,9 @@ export class BobView extends HTMLElement {
   #promptTimer = 0;
   #turning = 0;
   #saving = 0; // pictures being saved, for which it stands still
-  /** Called when the element is removed. @type {Set<() => void>} */
-  #leaving = new Set();
+  /** The open scene's name and source. @type {[string, Blob | string] | undefined} */
+  #source;
+  #isRevealed = false; // by dismissPoster()
   #isNew = false; // whether the scene has no picture yet
   /** @type {import("../workers/completing.js").Showing} */
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
@@ -118,9 +135,9 @@ export class BobView extends HTMLElement {
     this.#viewing?.end();
     this.#viewing = undefined;
     this.#motion.stop();
-    for (const leave of this.#leaving) leave();
     clearTimeout(this.#promptTimer);
     cancelAnimationFrame(this.#turning);
+    this.dispatchEvent(new Event(REMOVED));
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
@@ -136,15 +153,26 @@ export class BobView extends HTMLElement {
       const fov = value === null ? 0 : fromFieldOfView(value);
       if (fov !== null) this.#look({ fov }, "none");
       else this.#fail(`field-of-view: expected an angle, such as 35deg, got ${value}`);
+    } else if (LIMITS.includes(name)) {
+      if (value !== null && !(/orbit/.test(name) ? orbitOf(value) : fromFieldOfView(value))) {
+        this.#fail(`${name}: expected ${/orbit/.test(name) ? "angles and a share, such as auto 30deg 50%" : "an angle, such as 20deg"}, got ${value}`);
+      }
+      this.#look({}, "none");
+    } else if (name === "up" || name === "orientation") {
+      if (this.#source && this.#viewing) this.#read(...this.#source);
     } else if (name === "poster") {
       this.#poster.src = value ?? "";
-      this.#poster.hidden = value === null || this.#canvas.width > 1;
+      this.#poster.hidden = value === null || (this.#canvas.width > 1 && !this.#isCovered);
+    } else if (name === "exposure") {
+      const exposure = Number(value ?? 1);
+      if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
+      else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#resize();
-    } else if (name === "auto-rotate") {
+    } else if (name === "auto-rotate" || name === "rotation-per-second") {
       this.#turn();
     } else {
       this.#describe();
@@ -238,19 +266,22 @@ export class BobView extends HTMLElement {
     return this.#canvas.toDataURL(type, quality);
   }
 
-  /** Resolves once the picture is exact; rejects if the element is removed before. @returns {Promise<void>} */
+  /**
+   * Resolves once the picture is exact, so not before it is seen.
+   *
+   * @returns {Promise<void>} rejected if the element is removed before
+   */
   converged() {
     return new Promise((resolve, reject) => {
+      const listening = new AbortController(), { signal } = listening;
       const check = () => {
-        const isRemoved = !this.isConnected;
-        if (!isRemoved && !this.#viewing?.statistics.exact) return;
-        this.removeEventListener("progress", check);
-        this.#leaving.delete(check);
-        if (isRemoved) reject(new Error("converged: expected an element in a document, got one that was removed"));
-        else resolve();
+        if (this.#viewing && !this.#viewing.statistics.exact) return;
+        listening.abort();
+        if (this.#viewing) resolve();
+        else reject(new Error("converged: expected an element in a document, got one that was removed"));
       };
-      this.addEventListener("progress", check);
-      this.#leaving.add(check);
+      this.addEventListener("progress", check, { signal });
+      this.addEventListener(REMOVED, check, { signal });
       check();
     });
   }
@@ -266,6 +297,12 @@ export class BobView extends HTMLElement {
     const camera = typeof view === "string" ? VIEWS[view] : view;
     if (!camera) throw new TypeError(`goTo: expected home, ${VIEW_NAMES.join(", ")} or a camera, got ${view}`);
     return this.#motion.goTo(camera);
+  }
+
+  /** Removes the poster, with reveal="manual" as soon as there is a picture. */
+  dismissPoster() {
+    this.#isRevealed = true;
+    if (this.#canvas.width > 1) this.#uncover();
   }
 
   /** Shows the whole scene, as large as possible, in the same direction. @returns {Promise<void>} as goTo */
@@ -306,13 +343,23 @@ export class BobView extends HTMLElement {
     queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
   }
 
+  /** The rotation of a file's scene. @param {string} name with the suffix of its format @returns {import("../shapes/affine.js").Matrix | null} */
+  #turnOf(name) {
+    const up = this.getAttribute("up"), words = this.getAttribute("orientation");
+    const upright = up === "y" && !UPRIGHT_FORMATS.test(name) ? UPRIGHT : null, turn = words === null ? null : fromOrientation(words);
+    if (up !== null && up !== "y" && up !== "z") this.#fail(`up: expected y or z, got ${up}`);
+    if (words !== null && !turn) this.#fail(`orientation: expected three angles, such as 0deg 90deg 0deg, got ${words}`);
+    return turn && upright ? product(turn, upright) : turn ?? upright;
+  }
+
   /** @param {string} name @param {Blob | string} source */
   async #read(name, source) {
+    this.#source = [name, source];
     this.ariaBusy = "true";
     if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
     const { viewing } = this;
     try {
-      if (await viewing.read(name, source)) this.begun();
+      if (await viewing.read(name, source, { turn: this.#turnOf(name) })) this.begun();
     } catch (error) {
       this.#fail(error instanceof Error ? error.message : String(error));
     } finally {
@@ -343,7 +390,7 @@ export class BobView extends HTMLElement {
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
     this.#context.transferFromImageBitmap(bitmap);
-    this.#poster.hidden = true;
+    if (!this.#isCovered) this.#uncover();
     if (repainted) return;
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
     if (!this.#isNew) return;
@@ -351,6 +398,17 @@ export class BobView extends HTMLElement {
     this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));
     this.#touchedAt = performance.now();
     this.#promptTimer = setTimeout(() => this.#prompt.classList.toggle("unseen", !this.#isPrompting), IDLE_MS);
+  }
+
+  /** Whether the poster stays before the picture. */
+  get #isCovered() {
+    return this.getAttribute("reveal") === "manual" && !this.#isRevealed;
+  }
+
+  #uncover() {
+    if (this.#poster.hidden) return;
+    this.#poster.hidden = true;
+    this.dispatchEvent(new Event("poster-dismissed"));
   }
 
   get #isPrompting() {
@@ -424,7 +482,7 @@ export class BobView extends HTMLElement {
 
   /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
-    const before = this.camera, after = valid({ ...before, ...camera });
+    const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
     if (source === "user-interaction") {
       this.#touchedAt = performance.now();
       this.#wasTouched = true;
@@ -436,21 +494,28 @@ export class BobView extends HTMLElement {
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 
+  get #idleMs() {
+    const delay = Number(this.getAttribute("auto-rotate-delay") ?? NaN);
+    return delay >= 0 ? delay : IDLE_MS;
+  }
+
   /** Turns by itself while `auto-rotate` applies. */
   #turn() {
     cancelAnimationFrame(this.#turning);
     if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
     let last = performance.now();
+    const turn = degrees(this.getAttribute("rotation-per-second") ?? "") ?? TURN;
     const step = (/** @type {number} */ now) => {
       this.#turning = requestAnimationFrame(step);
       const since = now - last;
       last = now;
-      if (this.#viewing?.statistics.pictures && !this.#saving && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
-        this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
+      if (this.#viewing?.statistics.pictures && !this.#saving && now > this.#touchedAt + this.#idleMs && this.checkVisibility()) {
+        this.#look({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
       }
     };
     this.#turning = requestAnimationFrame(step);
   }
 }
 
+reflect(BobView, TEXTS, SWITCHES);
 customElements.define("bob-view", BobView);

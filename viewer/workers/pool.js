@@ -148,12 +148,12 @@ export class Pool {
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
-   * @param {boolean} yUp whether y is up in the file
+   * @param {import("../shapes/affine.js").Matrix | null} turn the rotation of the file's scene
    * @param {File[]} beside files opened together with it
    * @param {Promise<WebAssembly.Module>} module of the core that reads it
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source, yUp, beside, module) {
+  async read(name, source, turn, beside, module) {
     const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // awaited below
     const reader = this.#reader;
@@ -167,7 +167,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await module }, [port]);
+      reader.postMessage({ kind: "read", name, source, beside, turn, port, module: await module }, [port]);
       const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);
