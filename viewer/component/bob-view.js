@@ -49,11 +49,12 @@ import { UPRIGHT, product } from "../shapes/affine.js";
 import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
-import { degrees, fromCameraOrbit, fromFieldOfView, fromOrientation, orbitOf, toCameraOrbit } from "./words.js";
+import { degrees, fromCameraOrbit, fromFieldOfView, fromOrientation, inWords, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
 const REMOVED = "bob-view-removed"; // an event for the element itself
+const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
 const UPRIGHT_FORMATS = /\.(glb|gltf)$/i; // their readers turn y up to z up
@@ -75,6 +76,8 @@ export class BobView extends HTMLElement {
   #poster = made("img", { hidden: true, alt: "" });
   #prompt = made("p", { id: "prompt", className: "unseen", textContent: "Drag to turn" });
   #wrong = made("p", { id: "wrong", hidden: true });
+  #where = made("p", { id: "where", role: "status" });
+  #whereTimer = 0;
   #context = /** @type {ImageBitmapRenderingContext} */ (this.#canvas.getContext("bitmaprenderer"));
   /** @type {Viewing | undefined} */
   #viewing;
@@ -104,7 +107,11 @@ export class BobView extends HTMLElement {
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
     listenForClicks(this.#canvas, (event) => this.#click(event));
-    root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("p", { id: "keys", hidden: true, textContent: KEYS }));
+    for (const [name, of] of Object.entries({ picture: this.#canvas, poster: this.#poster, prompt: this.#prompt, error: this.#wrong })) {
+      of.setAttribute("part", name);
+    }
+    root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("div", { id: "ring" }), this.#where,
+                made("p", { id: "keys", hidden: true, textContent: KEYS }));
   }
 
   connectedCallback() {
@@ -136,6 +143,7 @@ export class BobView extends HTMLElement {
     this.#viewing = undefined;
     this.#motion.stop();
     clearTimeout(this.#promptTimer);
+    clearTimeout(this.#whereTimer);
     cancelAnimationFrame(this.#turning);
     this.dispatchEvent(new Event(REMOVED));
   }
@@ -446,7 +454,7 @@ export class BobView extends HTMLElement {
     if (isTurned) canvas.tabIndex = 0;
     else canvas.removeAttribute("tabindex");
     if (!this.#hands) return;
-    const { signal } = this.#hands, actions = { fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction") };
+    const { signal } = this.#hands, actions = { fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre() };
     listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
     listenToKeys(canvas, this.#motion, () => this.camera, actions, signal);
   }
@@ -474,7 +482,12 @@ export class BobView extends HTMLElement {
     await this.#motion.goTo(pan, "user-interaction");
   }
 
-  /** @param {PointerEvent} event */
+  #pickCentre() {
+    const { left, top, width, height } = this.#canvas.getBoundingClientRect();
+    this.#click({ clientX: left + width / 2, clientY: top + height / 2 });
+  }
+
+  /** @param {{clientX: number, clientY: number}} place */
   async #click({ clientX, clientY }) {
     const detail = await this.pick(clientX, clientY);
     this.dispatchEvent(new CustomEvent("pick", { detail }));
@@ -487,6 +500,8 @@ export class BobView extends HTMLElement {
       this.#touchedAt = performance.now();
       this.#wasTouched = true;
       this.#prompt.classList.add("unseen");
+      clearTimeout(this.#whereTimer);
+      this.#whereTimer = setTimeout(() => (this.#where.textContent = inWords(this.camera)), REST_MS);
     }
     if (FIELDS.every((name) => after[name] === before[name])) return;
     this.#camera = after;

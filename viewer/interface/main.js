@@ -188,6 +188,7 @@ addEventListener("drop", (event) => {
 // ---- Saving and links -------------------------------------------------------------------------------------
 
 element("home", HTMLButtonElement).addEventListener("click", () => picture.goTo("home"));
+element("fit", HTMLButtonElement).addEventListener("click", () => picture.fit());
 
 const save = element("save", HTMLButtonElement), saveLabel = save.textContent;
 
