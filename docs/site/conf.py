@@ -30,9 +30,13 @@ include_patterns = [
     "CONVENTIONS.md",
     "CHANGELOG.md",
     "docs/*.md",
+    "docs/how-to/*.md",
     "docs/quality/*.md",
+    "docs/reference/*.md",
     "docs/report/*.md",
+    "docs/results/*.md",
     "docs/site/*.md",
+    "docs/tutorials/*.md",
     "src/bobrossnet/weights/*.md",
 ]
 exclude_patterns = [".venv", "build", "dist", "out"]  # Sphinx would search them, following links

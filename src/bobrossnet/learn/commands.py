@@ -45,7 +45,7 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
     compare.add_argument("folder", metavar="FOLDER", help="of shape files")
     compare.add_argument("--limit", type=int, help="how many files at most, spread over the folder")
-    compare.add_argument("--markdown", metavar="FILE", help="also write what is printed to this file")
+    compare.add_argument("--markdown", metavar="FILE", help="also write the table to this file")
 
     train = commands.add_parser(
         "train", help="train a network", description="Train a network; the same command resumes an interrupted run."
@@ -119,9 +119,9 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
-    figures.add_argument("--shape", metavar="FILE", help="what the pictures show; by default the built-in scene")
+    figures.add_argument("--shape", metavar="FILE", help="the shape shown; by default the built-in scene")
     arguments.add_up(figures)
-    figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
+    figures.add_argument("--scores", metavar="FILE.csv", help="the table that evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
     figures.add_argument("--only", metavar="NAME,…", help="only these, such as 2.1,4.1")
