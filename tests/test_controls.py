@@ -542,3 +542,92 @@ def test_properties_reflect_attributes(shown):
     }}""")
     assert values == [True, "500", False, None]
     assert camera(page) == bob.Camera(azimuth=0, elevation=0)
+
+
+# ---- Hot spots and the view cube -------------------------------------------------------------------------
+
+SPOT = '<button slot="hotspot-{i}" data-position="{place}" style="width: 20px; height: 20px; padding: 0"></button>'
+
+
+def spots(*points):
+    return "".join(SPOT.format(i=i, place=" ".join(f"{value}m" for value in point)) for i, point in enumerate(points))
+
+
+def centres(page):
+    boxes = page.locator("bob-view > button").evaluate_all("(all) => all.map((of) => of.getBoundingClientRect().toJSON())")
+    return [(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2) for box in boxes]
+
+
+@pytest.mark.parametrize("fov", [0, 60])
+def test_hot_spots_are_at_points_and_hide_behind_things(shown, fov):
+    """One each on a right side, on a left side, within and outside the boxes."""
+    points = [(103, 51, 0.5), (97, 51, 0.5), (100, 50, 0), (100, 50, 5)]
+    page = shown(f'src="two.bob" field-of-view="{fov}deg"', children=spots(*points))
+    for azimuth, wanted in [(30, [True, False, False, True]), (190, [False, True, False, True])]:
+        page.evaluate(f"(azimuth) => {{ {VIEW}.camera = {{ azimuth }}; }}", azimuth)
+        page.evaluate(f"() => {VIEW}.converged()")
+        page.wait_for_function(
+            "(wanted) => [...document.querySelectorAll('bob-view > button')].every("
+            "(of, i) => of.hasAttribute('data-visible') === wanted[i])",
+            arg=wanted,
+        )
+        view = camera(page)
+        for point, centre, is_visible in zip(points, centres(page), wanted, strict=True):
+            if is_visible:
+                assert centre == pytest.approx(corner_at(page, point, view), abs=0.6)
+    page.evaluate("() => { document.querySelectorAll('bob-view > button')[1].dataset.position = '103 49 0.5'; }")
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 350 }}; }}")
+    page.wait_for_function("() => document.querySelectorAll('bob-view > button')[1].hasAttribute('data-visible')")
+    page.keyboard.press("Tab")  # the picture, then only what is seen
+    seen = []
+    for _ in range(4):
+        page.keyboard.press("Tab")
+        seen.append(page.evaluate("() => document.activeElement.slot ?? ''"))
+    assert "hotspot-2" not in seen
+    assert "hotspot-1" in seen
+
+
+def test_hot_spots_come_and_go_and_are_pressed(shown):
+    page = shown()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url.split("/")[-1]))
+    page.evaluate(f"() => {VIEW}.converged()")
+    assert asked == []
+    page.evaluate(f"([html]) => {VIEW}.insertAdjacentHTML('beforeend', html)", [spots((100, 50, 3.5))])
+    page.wait_for_function("() => document.querySelector('[slot=hotspot-0]').hasAttribute('data-visible')")
+    assert "spots.js" in asked
+    page.evaluate(
+        "() => document.querySelector('[slot=hotspot-0]').addEventListener('click', () => (window.pressed = true))"
+    )
+    page.mouse.click(*centres(page)[0])
+    assert page.evaluate("() => window.pressed")
+    page.evaluate("() => document.querySelector('[slot=hotspot-0]').remove()")
+    page.wait_for_function(f"() => {VIEW}.shadowRoot.querySelectorAll('#spots > div').length === 0")
+
+
+def test_the_cube_turns_with_the_scene_and_shows_its_sides(shown):
+    page = shown('src="two.bob" view-cube')
+    for side, (azimuth, elevation) in SIDES.items():
+        page.evaluate(
+            """([azimuth, elevation]) => {
+          const view = document.querySelector("bob-view");
+            view.camera = { azimuth: azimuth + 20, elevation: elevation - Math.sign(elevation) * 20 };
+        }""",
+            [azimuth, elevation],
+        )
+        name = side.capitalize()
+        page.get_by_role("button", name=name, exact=True).click()
+        view = camera(page)
+        assert (view.azimuth, view.elevation) == (azimuth, elevation)
+        # It faces the viewer, upright.
+        box = page.get_by_role("button", name=name, exact=True).bounding_box()
+        assert box["width"] == pytest.approx(box["height"], rel=0.01)
+        middle = page.evaluate(
+            """([x, y]) => {
+          return document.querySelector("bob-view").shadowRoot.elementFromPoint(x, y).textContent;
+        }""",
+            [WIDTH - 54, 54],
+        )
+        assert middle == name
+    page.evaluate(f"() => {{ {VIEW}.viewCube = false; }}")
+    page.wait_for_function(f"() => !{VIEW}.shadowRoot.querySelector('#cube')")

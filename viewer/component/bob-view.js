@@ -20,6 +20,7 @@
  * | `touch-action` | "pan-y", the default, leaves vertical swipes to the page, "pan-x" horizontal ones, "none" none |
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
+ * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `exposure` | factor of the light, 1 by default |
@@ -30,26 +31,23 @@
  * `detail.totalProgress`, 1 for an exact picture; `error`, whose `detail.message` is displayed unless the default is
  * prevented; `camera-change`; `pick` at a click, with the surface there in `detail`, or null; `poster-dismissed`.
  *
+ * Children with slot="hotspot-…" and data-position="x y z" are hot spots (spots.js).
+ *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {"user-interaction" | "none"} Source of a movement
- * @typedef {{point: number[], normal: number[], instance: number, part: string | null, inSphere: number[]}} Picked
- *   point: in the scene's coordinates; normal: of unit length; instance: its index; part: its name in the file;
- *   inSphere: the point in radii from the centre
  */
 import { addressOf, fileName } from "../core/addresses.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
-import { fitted } from "../picture/fitting.js";
 import { projection } from "../picture/projection.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, home, listenToKeys } from "./keys.js";
 import { Motion } from "./motion.js";
 import { LIMITS, limited } from "./limits.js";
 import { reflect } from "./properties.js";
-import { UPRIGHT, product } from "../shapes/affine.js";
 import { STYLE } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
-import { degrees, fromCameraOrbit, fromFieldOfView, fromOrientation, inWords, orbitOf, toCameraOrbit } from "./words.js";
+import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
@@ -57,14 +55,13 @@ const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
-const UPRIGHT_FORMATS = /\.(glb|gltf)$/i; // their readers turn y up to z up
 
 /** Attributes with properties of the same names. */
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
   "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "workers",
 ];
-const SWITCHES = ["camera-controls", "auto-rotate"];
+const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
@@ -85,6 +82,11 @@ export class BobView extends HTMLElement {
   #camera = HOME;
   #resizing = new ResizeObserver(() => this.#resize());
   #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
+  #children = new MutationObserver(() => this.#addSpots());
+  /** @type {import("./spots.js").Spots | undefined} */
+  #spots;
+  /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
+  #cube;
   /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
@@ -119,6 +121,8 @@ export class BobView extends HTMLElement {
     this.#start(coreFor(address ? fileName(address) : ""));
     this.#describe();
     this.#resizing.observe(this);
+    this.#children.observe(this, { childList: true });
+    this.#addSpots();
     if (this.src !== null) this.#open();
     this.#turn();
   }
@@ -139,6 +143,7 @@ export class BobView extends HTMLElement {
   disconnectedCallback() {
     this.#camera = this.camera;
     this.#resizing.disconnect();
+    this.#children.disconnect();
     this.#viewing?.end();
     this.#viewing = undefined;
     this.#motion.stop();
@@ -171,6 +176,8 @@ export class BobView extends HTMLElement {
     } else if (name === "poster") {
       this.#poster.src = value ?? "";
       this.#poster.hidden = value === null || (this.#canvas.width > 1 && !this.#isCovered);
+    } else if (name === "view-cube") {
+      this.#addCube();
     } else if (name === "exposure") {
       const exposure = Number(value ?? 1);
       if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
@@ -322,20 +329,13 @@ export class BobView extends HTMLElement {
    * The surface at a place of the window, such as an event's clientX and clientY.
    *
    * @param {number} clientX @param {number} clientY
-   * @returns {Promise<Picked | null>} null if there is none
+   * @returns {Promise<import("../picture/picking.js").Picked | null>} null if there is none
    */
   async pick(clientX, clientY) {
-    const { camera } = this, { width, height } = this.pictureBox, box = this.#canvas.getBoundingClientRect();
-    const x = (clientX - box.left) * width / box.width, y = (clientY - box.top) * height / box.height;
-    if (!(x >= 0 && x < width && y >= 0 && y < height)) return null;
-    const probe = await this.#viewing?.probe([x, y], { width, height }, camera);
-    if (!probe || !(probe.samples[0] === probe.samples[0])) return null;
-    const [depth, nx, ny, instance] = probe.samples, { point, normal } = projection(camera, { width, height });
-    const place = point(x, y, depth), { center, radius } = probe.sphere;
-    return {
-      point: center.map((value, axis) => value + radius * place[axis]), normal: normal(nx, ny, x, y),
-      instance, part: probe.names.get(instance) ?? null, inSphere: place,
-    };
+    const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
+    const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
+    const { picked } = await import("../picture/picking.js");
+    return picked(place, pictureBox, camera, (...places) => this.#probe(...places));
   }
 
   // ---- Scenes --------------------------------------------------------------------------------------------
@@ -351,13 +351,17 @@ export class BobView extends HTMLElement {
     queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
   }
 
-  /** The rotation of a file's scene. @param {string} name with the suffix of its format @returns {import("../shapes/affine.js").Matrix | null} */
-  #turnOf(name) {
-    const up = this.getAttribute("up"), words = this.getAttribute("orientation");
-    const upright = up === "y" && !UPRIGHT_FORMATS.test(name) ? UPRIGHT : null, turn = words === null ? null : fromOrientation(words);
-    if (up !== null && up !== "y" && up !== "z") this.#fail(`up: expected y or z, got ${up}`);
-    if (words !== null && !turn) this.#fail(`orientation: expected three angles, such as 0deg 90deg 0deg, got ${words}`);
-    return turn && upright ? product(turn, upright) : turn ?? upright;
+  /** The rotation of a file's scene. @param {string} name with the suffix of its format */
+  async #rotationOf(name) {
+    const up = this.getAttribute("up"), orientation = this.getAttribute("orientation");
+    if (up === null && orientation === null) return null;
+    const { rotationOf } = await import("../component/orientation.js");
+    try {
+      return rotationOf(name, up, orientation);
+    } catch (error) {
+      this.#fail(/** @type {Error} */ (error).message);
+      return null;
+    }
   }
 
   /** @param {string} name @param {Blob | string} source */
@@ -367,7 +371,8 @@ export class BobView extends HTMLElement {
     if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
     const { viewing } = this;
     try {
-      if (await viewing.read(name, source, { turn: this.#turnOf(name) })) this.begun();
+      const turn = await this.#rotationOf(name);
+      if (viewing === this.#viewing && await viewing.read(name, source, { turn })) this.begun();
     } catch (error) {
       this.#fail(error instanceof Error ? error.message : String(error));
     } finally {
@@ -379,6 +384,7 @@ export class BobView extends HTMLElement {
   begun() {
     this.#isNew = true;
     this.#motion.pivot = null;
+    this.#spots?.clear();
     this.#wrong.hidden = true;
   }
 
@@ -400,6 +406,7 @@ export class BobView extends HTMLElement {
     this.#context.transferFromImageBitmap(bitmap);
     if (!this.#isCovered) this.#uncover();
     if (repainted) return;
+    this.#spots?.show(batch.camera);
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
@@ -439,6 +446,29 @@ export class BobView extends HTMLElement {
     this.#viewing.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
   }
 
+  // ---- Marks on the picture -------------------------------------------------------------------------------
+
+  /** Places the children that are hot spots, if there are any. */
+  async #addSpots() {
+    if (this.#spots || !this.querySelector(":scope > [slot^=hotspot]")) return;
+    const { Spots } = await import("../component/spots.js"), root = /** @type {ShadowRoot} */ (this.shadowRoot);
+    this.#spots ??= new Spots(this, root, (...places) => this.#probe(...places), () => this.pictureBox);
+    if (this.#canvas.width > 1) this.#spots.show(this.camera);
+  }
+
+  /** Adds or removes the view cube. */
+  async #addCube() {
+    const { createCube } = await import("../component/cube.js"), isWanted = this.hasAttribute("view-cube");
+    if (isWanted === (this.#cube !== undefined)) return;
+    this.#cube?.remove();
+    const choose = (/** @type {import("./views.js").ViewName} */ name) => {
+      this.#motion.pivot = null;
+      this.#motion.goTo(VIEWS[name], "user-interaction");
+    };
+    this.#cube = isWanted ? createCube(/** @type {ShadowRoot} */ (this.shadowRoot), choose) : undefined;
+    this.#cube?.show(this.camera);
+  }
+
   // ---- Hands ---------------------------------------------------------------------------------------------
 
   /** Sets the accessible description, and enables or disables the input handlers. */
@@ -459,10 +489,15 @@ export class BobView extends HTMLElement {
     listenToKeys(canvas, this.#motion, () => this.camera, actions, signal);
   }
 
+  /** As Viewing.probe. @type {Viewing["probe"]} */
+  async #probe(...places) {
+    return this.#viewing?.probe(...places) ?? null;
+  }
+
   /** @param {Source} source */
   async #goToFit(source) {
-    const { height, width } = this.pictureBox, { viewing } = this;
-    const camera = await fitted(this.camera, { height, width }, (...places) => viewing.probe(...places));
+    const { fitted } = await import("../picture/fitting.js");
+    const camera = await fitted(this.camera, this.pictureBox, (...places) => this.#probe(...places));
     this.#motion.pivot = null;
     await this.#motion.goTo(camera, source);
   }
@@ -475,10 +510,10 @@ export class BobView extends HTMLElement {
 
   /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
   async #focus(x, y) {
-    const picked = await this.pick(x, y), { height, width } = this.pictureBox;
+    const picked = await this.pick(x, y), { pictureBox } = this;
     if (!picked) return this.#goToFit("user-interaction");
     this.#motion.pivot = picked.inSphere;
-    const pan = projection(this.camera, { height, width }).panTo(picked.inSphere, width / 2, height / 2);
+    const pan = projection(this.camera, pictureBox).panTo(picked.inSphere, pictureBox.width / 2, pictureBox.height / 2);
     await this.#motion.goTo(pan, "user-interaction");
   }
 
@@ -501,11 +536,15 @@ export class BobView extends HTMLElement {
       this.#wasTouched = true;
       this.#prompt.classList.add("unseen");
       clearTimeout(this.#whereTimer);
-      this.#whereTimer = setTimeout(() => (this.#where.textContent = inWords(this.camera)), REST_MS);
+      this.#whereTimer = setTimeout(async () => {
+        const { inWords } = await import("../component/saying.js");
+        this.#where.textContent = inWords(this.camera);
+      }, REST_MS);
     }
     if (FIELDS.every((name) => after[name] === before[name])) return;
     this.#camera = after;
     this.#viewing?.change({ camera: after });
+    this.#cube?.show(after);
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 

@@ -6,7 +6,6 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
 import { HOME, PERSPECTIVE } from "../picture/camera.js";
-import { product, rotation } from "../shapes/affine.js";
 
 /** Offset from our azimuth: the front of an upright glTF faces -y. */
 const FRONT = 90;
@@ -52,28 +51,4 @@ export function toCameraOrbit({ azimuth, elevation, zoom }) {
  */
 export function fromFieldOfView(text) {
   return text === null ? null : text.trim() === "auto" ? PERSPECTIVE : degrees(text.trim());
-}
-
-const SIDES = ["right", "back right", "back", "back left", "left", "front left", "front", "front right"];
-const STEEP = 75; // degrees, above which sides no longer matter
-
-/** The view in words, for screen readers. @param {Camera} camera @returns {string} such as "View from the front, 20 degrees above" */
-export function inWords({ azimuth, elevation, zoom, fov }) {
-  const side = SIDES[Math.round(azimuth / 45) % 8], degrees = Math.round(Math.abs(elevation)), way = elevation < 0 ? "below" : "above";
-  const from = degrees > STEEP ? way : degrees ? `the ${side}, ${degrees} degrees ${way}` : `the ${side}`;
-  const zoomed = Math.abs(zoom - 1) < 0.005 ? "" : `, enlarged ${Number(zoom.toPrecision(2))} times`;
-  return `View from ${from}${zoomed}${fov ? ", in perspective" : ""}`;
-}
-
-/**
- * The rotation of a scene, from roll, pitch and yaw: about the axes towards the viewer, to the right and up of the front
- * view, in this order.
- *
- * @param {string} text such as "0deg 90deg 0deg"
- * @returns {number[] | null} null if invalid
- */
-export function fromOrientation(text) {
-  const [roll, pitch, yaw, ...others] = text.trim().split(/\s+/).map(degrees);
-  if (others.length > 0 || typeof roll !== "number" || typeof pitch !== "number" || typeof yaw !== "number") return null;
-  return product(rotation(2, yaw), product(rotation(0, pitch), rotation(1, -roll)));
 }

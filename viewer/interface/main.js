@@ -47,6 +47,7 @@ for (const [name, value] of Object.entries({
 })) if (value) picture.setAttribute(name, value);
 if (background) stage.style.background = "none";
 picture.toggleAttribute("camera-controls", true);
+picture.toggleAttribute("view-cube", true);
 picture.setAttribute("interaction-prompt", "none");
 picture.setAttribute("touch-action", "none"); // the page scrolls by its controls
 stage.prepend(picture);

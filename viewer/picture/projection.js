@@ -14,6 +14,19 @@ function pixelSize({ zoom, fov }, { height, width }) {
   return 2 * Math.hypot(1, slope) / (zoom * shorter);
 }
 
+const DEGREE = Math.PI / 180;
+
+/** The camera's axes in the scene: right, up and towards it. @param {Pick<Camera, "azimuth" | "elevation" | "roll">} camera @returns {Vector[]} */
+export function axesOf({ azimuth, elevation, roll }) {
+  const [a, e, r] = [azimuth, elevation, roll].map((degrees) => degrees * DEGREE);
+  const x = [-Math.sin(a), Math.cos(a), 0], y = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
+  const turned = (/** @type {number} */ c, /** @type {number} */ s) => /** @type {Vector} */ (x.map((_, k) => c * x[k] + s * y[k]));
+  return [
+    turned(Math.cos(r), Math.sin(r)), turned(-Math.sin(r), Math.cos(r)),
+    [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)],
+  ];
+}
+
 /**
  * Places of points in a picture, and the reverse. Points are in radii from the
  * scene's centre; places in pixels, x right and y down, from the upper left corner.
@@ -21,12 +34,7 @@ function pixelSize({ zoom, fov }, { height, width }) {
  * @param {Camera} camera @param {Size} size
  */
 export function projection({ azimuth, elevation, roll, zoom, panX, panY, fov }, { height, width }) {
-  const [a, e, r, half] = [azimuth, elevation, roll, fov / 2].map((degrees) => degrees * Math.PI / 180), shorter = Math.min(height, width);
-  const x = [-Math.sin(a), Math.cos(a), 0], y = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
-  const axes = [
-    x.map((_, k) => Math.cos(r) * x[k] + Math.sin(r) * y[k]), x.map((_, k) => Math.cos(r) * y[k] - Math.sin(r) * x[k]),
-    [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)],
-  ];
+  const axes = axesOf({ azimuth, elevation, roll }), half = fov / 2 * DEGREE, shorter = Math.min(height, width);
   const slope = 2 * Math.tan(half) / (zoom * height), high = Math.tan(half) * shorter / height, orbit = Math.hypot(1, high) / high;
   const pixel = 2 / (zoom * shorter), distance = Math.hypot(panX, panY, orbit), nearest = Math.max(0, distance - 1);
   /** In the camera's axes, right, up and towards it, to the scene's. @param {number[]} of @returns {Vector} */

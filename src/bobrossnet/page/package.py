@@ -14,7 +14,7 @@ from bobrossnet import __version__
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.export import NETWORKS, export
 from bobrossnet.page.files import check_built
-from bobrossnet.page.joining import COMPONENT, WORKERS, Modules, joined
+from bobrossnet.page.joining import APART, COMPONENT, WORKERS, Modules, joined
 from bobrossnet.support.paths import VIEWER
 
 NAME = "bob-view"
@@ -51,7 +51,7 @@ def write_package(folder: Path) -> None:
     """
     check_built()
     modules = Modules(VIEWER)
-    entries = [COMPONENT, *(f"workers/{name}.js" for name in WORKERS)]
+    entries = [COMPONENT, *APART, *(f"workers/{name}.js" for name in WORKERS)]
     description = {
         "name": NAME,
         "version": __version__,
@@ -67,7 +67,7 @@ def write_package(folder: Path) -> None:
             "README.md": README.encode(),
             "LICENSE": (distribution("bobrossnet").read_text("licenses/LICENSE") or "MIT").encode(),
             "NOTICES.txt": (distribution("bobrossnet").read_text("licenses/vendor/NOTICES.txt") or "").encode(),
-            **{entry: joined(modules, entry).encode() for entry in entries},
+            **{entry: joined(modules, entry, APART).encode() for entry in entries},
             **{file.name: file for file in VIEWER.glob("core*.wasm")},
             **{f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS},
         },
