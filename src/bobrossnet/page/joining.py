@@ -60,6 +60,7 @@ OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 LITERAL = re.compile(r"""\"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'|/(?:[^/\\\n[]|\\.|\[(?:[^]\\\n]|\\.)*\])+/[a-z]*""")
 """A string or a regular expression."""
 
+WORD = re.compile(r"[\w$#.]+")
 BEFORE_LITERAL = "\n(,=:[!&|?{};>"
 """Characters after which a slash begins a regular expression."""
 
@@ -143,7 +144,9 @@ def squeezed(text: str) -> str:
         if text.startswith("//", at):
             at = text.index("\n", at)
             continue
-        if (letter != "/" or last in BEFORE_LITERAL) and (literal := LITERAL.match(text, at)):
+        if word := WORD.match(text, at):
+            end = word.end()
+        elif (letter != "/" or last in BEFORE_LITERAL) and (literal := LITERAL.match(text, at)):
             end = literal.end()
         elif letter == "`":
             end = _template_end(text, at)
