@@ -118,7 +118,7 @@ SAVE = f"""async () => {{
   view.camera = {{ azimuth: 70 }};
   const steps = [];
   view.addEventListener("progress", ({{ detail }}) => steps.push(detail.totalProgress));
-  const blob = await view.toBlob(), reader = new FileReader();
+  const [blob] = await Promise.all([view.toBlob(), view.toBlob()]), reader = new FileReader();
   await new Promise((done) => {{ reader.onload = done; reader.readAsDataURL(blob); }});
   return [reader.result, steps, schedule.refines];
 }}"""

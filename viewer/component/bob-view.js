@@ -94,6 +94,7 @@ export class BobView extends HTMLElement {
   #promptTimer = 0;
   #turning = 0;
   #saving = 0; // pictures being saved, for which it stands still
+  #refines = true; // without such pictures
   /** The open scene's name and source. @type {[string, Blob | string] | undefined} */
   #source;
   #isRevealed = false; // by dismissPoster()
@@ -261,16 +262,15 @@ export class BobView extends HTMLElement {
    * @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>}
    */
   async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+    const { schedule } = this.viewing;
     this.#motion.stop();
-    ++this.#saving;
-    const { schedule } = this.viewing, { refines } = schedule;
+    if (this.#saving++ === 0) this.#refines = schedule.refines;
     schedule.refines = true;
     schedule.next();
     try {
       await this.converged();
     } finally {
-      schedule.refines = refines;
-      --this.#saving;
+      if (--this.#saving === 0) schedule.refines = this.#refines;
     }
     return new Promise((resolve, reject) => this.#canvas.toBlob(
       (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
@@ -484,9 +484,11 @@ export class BobView extends HTMLElement {
     if (isTurned) canvas.tabIndex = 0;
     else canvas.removeAttribute("tabindex");
     if (!this.#hands) return;
-    const { signal } = this.#hands, actions = { fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre() };
+    const { signal } = this.#hands;
     listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
-    listenToKeys(canvas, this.#motion, () => this.camera, actions, signal);
+    listenToKeys(canvas, this.#motion, () => this.camera, {
+      fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre(),
+    }, signal);
   }
 
   /** As Viewing.probe. @type {Viewing["probe"]} */

@@ -1,13 +1,13 @@
 // @ts-check
-/** Properties that reflect attributes, named alike: `cameraOrbit` is `camera-orbit`. */
+/** Properties that reflect attributes: `cameraOrbit` reflects `camera-orbit`. */
 
 /** @param {string} name of an attribute */
 const camelCase = (name) => name.replace(/-(.)/g, (_, letter) => letter.toUpperCase());
 
 /**
  * @param {typeof HTMLElement} type
- * @param {string[]} texts attributes whose properties are texts, or null
- * @param {string[]} switches attributes whose properties are booleans
+ * @param {string[]} texts attributes with a text or null
+ * @param {string[]} switches attributes with a boolean
  */
 export function reflect(type, texts, switches) {
   for (const name of texts) {

@@ -107,6 +107,7 @@ const opening = new Opening(state, viewing, {
   busy: (busy) => (busy ? stage.setAttribute("aria-busy", "true") : stage.removeAttribute("aria-busy")),
   opened: () => {
     const { title, script = "" } = state.scene;
+    picture.begun();
     picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
     if (state.edits.newest === null && editor.script !== script) editor.script = script;
