@@ -92,6 +92,8 @@ SMALLER = {
     "256x256": "32x32",
     "llvm_ad_rgb": "scalar_rgb",
     "range(90)": "range(3)",
+    "--views 24": "--views 2",
+    "cameras=24": "cameras=2",
     "camera, background": 'camera, frames=3, size="64x48", background',
     "--elevation 30": "--elevation 30 --frames 3 --size 64x48",
     "fraction=0.1)": 'fraction=0.1, size="64x48")',
