@@ -158,15 +158,18 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 /// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
-/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB.
+/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB. Writes the centre and radius of the bounding
+/// sphere, in the scene's units.
 EXPORT(make_scene)
-bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials) {
+bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials, bob::Sphere* sphere) {
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
             placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)});
         }
-        return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
+        const bob::Arrangement arrangement(std::move(placed));
+        *sphere = arrangement.sphere();
+        return new bob::Scene(arrangement.scene());
     });
 }
 /// Whether its pictures have colours: `is_colored` below and in wasm_completion.cpp.

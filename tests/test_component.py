@@ -95,7 +95,7 @@ def shown(browser, folder, host):
     contexts, wrong = [], []
 
     def shown(attributes, script="", **context):
-        contexts.append(browser.new_context(**context))
+        contexts.append(browser.new_context(**{"reduced_motion": "reduce", **context}))  # cameras arrive at once
         page = contexts[-1].new_page()
         page.add_init_script(TOLD + script)
         page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -345,7 +345,7 @@ def test_hands_turn_it_only_where_they_may(shown):
 
 
 def test_it_turns_by_itself_while_nobody_does(shown):
-    page = shown('src="wedge.glb" auto-rotate')
+    page = shown('src="wedge.glb" auto-rotate', reduced_motion="no-preference")
     page.wait_for_function("() => told.some(({ type }) => type === 'camera-change')", timeout=20_000)
     azimuth = page.evaluate("() => document.querySelector('bob-view').camera.azimuth")
     assert 0 < azimuth < 30

@@ -46,7 +46,7 @@ class Page:
     """The page from the user's view."""
 
     def __init__(self, browser, address, script="", **context):
-        self.context = browser.new_context(**context)
+        self.context = browser.new_context(**{"reduced_motion": "reduce", **context})  # cameras arrive at once
         self.tab = self.context.new_page()
         self.tab.add_init_script(script)
         self.wrong = []
@@ -1240,6 +1240,26 @@ def test_saved_picture_is_the_one_shown(page):
         page.tab.click("#save")
     assert download.value.suggested_filename == "gyroid.png"
     np.testing.assert_array_equal(np.asarray(Image.open(download.value.path()).convert("RGB")), shown)
+
+
+def test_a_picture_saved_right_after_a_movement_is_exact_and_says_how_far_it_is(browser, viewer):
+    page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
+    page.exact()
+    page.tab.evaluate("""() => {
+      window.labels = [];
+      const save = document.querySelector("#save");
+      new MutationObserver(() => labels.push(save.textContent)).observe(save, { childList: true });
+    }""")
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 80 })")
+    with page.tab.expect_download() as download:
+        page.tab.click("#save")
+    gear = bob.trace(bob.load(VIEWER / "gallery" / "gear.sdf"), bob.Camera(azimuth=80), size=(480, 640))
+    found = np.asarray(Image.open(download.value.path()).convert("RGB"))
+    assert_equal_pictures(found, color_to_8_bit(gear.gray))
+    page.wait_until(lambda: page.text("#save") == "Save PNG" and not page.tab.is_disabled("#save"))
+    assert re.fullmatch(r"Tracing… \d+ %", page.tab.evaluate("() => labels[0]"))
+    assert page.text("#status") == "The picture is saved"
+    page.close()
 
 
 def test_page_opens_the_file_that_its_address_names(browser, viewer, tmp_path):

@@ -173,16 +173,16 @@ export class Viewing {
    *
    * @param {string} name with its suffix
    * @param {Blob | string} source the file or its address
-   * @param {{yUp?: boolean, beside?: File[]}} [options] yUp: whether y is up in the file; beside: files opened together
-   *   with it
+   * @param {{turn?: import("../shapes/affine.js").Matrix | null, beside?: File[]}} [options] turn: the rotation of the
+   *   file's scene; beside: files opened together with it
    * @returns {Promise<Summary | null>} once it is displayed; null if another scene was opened meanwhile
    * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
-  read(name, source, { yUp = false, beside = [] } = {}) {
+  read(name, source, { turn = null, beside = [] } = {}) {
     // Resolve relative addresses against the page: the reading worker has another base.
     const whole = typeof source === "string" ? new URL(source, document.baseURI).href : source;
     const module = compiledCore(MESHES.test(name) ? "core.mesh" : this.core); // only core.mesh reads these
-    return this.#replace((pool) => pool.read(name, whole, yUp, beside, module));
+    return this.#replace((pool) => pool.read(name, whole, turn, beside, module));
   }
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */
@@ -238,6 +238,11 @@ export class Viewing {
   change(what) {
     this.statistics.exact = false;
     this.schedule.change(what);
+  }
+
+  /** Traces places of the current scene, as Scene.probe. @type {Pool["probe"]} */
+  async probe(places, size, camera) {
+    return this.#pools.shown?.probe(places, size, camera) ?? null;
   }
 
   /** @param {import("../workers/completing.js").Showing} showing the way to paint pictures */

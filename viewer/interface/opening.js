@@ -15,6 +15,7 @@
  * @property {(text: string | null) => void} wrong the error in the script, or null
  */
 import { fileName } from "../core/addresses.js";
+import { UPRIGHT } from "../shapes/affine.js";
 
 export class Opening {
   #state;
@@ -49,7 +50,7 @@ export class Opening {
    */
   file(opened, name, source, yUp, beside = []) {
     const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined;
-    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { yUp, beside }), this.#shown.message);
+    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { turn: yUp ? UPRIGHT : null, beside }), this.#shown.message);
   }
 
   /** @param {string} text @param {string} [edited] the title under which it is kept (kept.js), if edited */

@@ -26,11 +26,13 @@ function level(value) {
   return (0xff000000 | byte[0] * 0x010101) >>> 0;
 }
 
-/** sRGB by a table of linear values, fine enough for each of its 256 steps. */
-const SRGB = Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
-  const value = i / 2 ** 14;
+/** sRGB by a table of linear values, fine enough for each of its 256 steps. @param {number} exposure factor of the values */
+const tableOf = (exposure) => Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
+  const value = exposure * i / 2 ** 14;
   return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
 });
+
+let exposed = 1, SRGB = tableOf(exposed);
 
 /** @param {number} value linear, 0..1, or slightly more by rounding */
 const encode = (value) => SRGB[Math.max(0, Math.min(2 ** 14, Math.round(2 ** 14 * value)))];
@@ -79,7 +81,7 @@ function coverAll(image, color, alpha, pixels) {
  * @param {{
  *   mode: Mode, divider: number, mask: Float32Array, gray: Float32Array, image: Float32Array, first: Float32Array,
  *   expected: Float32Array | null, exact: boolean, color?: Float32Array | null, completedColor?: Float32Array | null,
- *   alpha?: Float32Array | null
+ *   alpha?: Float32Array | null, exposure?: number
  * }} look
  *   arrays (height, width), 0..1; color, completedColor: gray and image in linear RGB, (3, height, width), if there are
  *   colours; first: the first completed picture; expected: predicted errors of `image`; divider: 0..1, a split picture
@@ -88,8 +90,9 @@ function coverAll(image, color, alpha, pixels) {
  * @param {ImageData} painted replaced entirely
  */
 export function paint(look, painted) {
-  const { mode, divider, mask, gray, image, first, expected, exact, color, completedColor, alpha } = look, { height, width } = painted;
+  const { mode, divider, mask, gray, image, first, expected, exact, color, completedColor, alpha, exposure = 1 } = look, { height, width } = painted;
   const pixels = new Uint32Array(painted.data.buffer);
+  if (exposure !== exposed) SRGB = tableOf(exposed = exposure);
   if (mode === "difference" && exact) {
     for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * Math.abs(first[i] - image[i]));
     return;

@@ -16,8 +16,9 @@
  * @typedef {import("./tracer.js").Samples} Samples
  * @typedef {import("./bands.js").Help} Help
  *
- * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
- *   what to paint; divider: 0..1 of the picture's width; isTransparent: whether the background is transparent
+ * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean, exposure?: number}} Showing
+ *   what to paint; divider: 0..1 of the picture's width; isTransparent: whether the background is transparent;
+ *   exposure: factor of the light, 1 if omitted
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {import("../picture/planner.js").Model} Model the name of a network

@@ -37,6 +37,9 @@ export class Pool {
   #lendable; // maximum number of further lenders
   /** Starts the missing workers and gives them the scene. */
   #share = nothing;
+  #probe = 0;
+  /** Callbacks for the answers of tracers. @type {Map<number, (probe: import("../tracing/scene.js").Probe | null) => void>} */
+  #probes = new Map();
   #asked = READ; // edition of the newest scene sent to tracers
   #edition = NONE; // edition of the newest scene of a tracer
   #count;
@@ -145,12 +148,12 @@ export class Pool {
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
-   * @param {boolean} yUp whether y is up in the file
+   * @param {import("../shapes/affine.js").Matrix | null} turn the rotation of the file's scene
    * @param {File[]} beside files opened together with it
    * @param {Promise<WebAssembly.Module>} module of the core that reads it
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source, yUp, beside, module) {
+  async read(name, source, turn, beside, module) {
     const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // awaited below
     const reader = this.#reader;
@@ -164,7 +167,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await module }, [port]);
+      reader.postMessage({ kind: "read", name, source, beside, turn, port, module: await module }, [port]);
       const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);
@@ -211,6 +214,21 @@ export class Pool {
     leader.worker.postMessage({ kind: "lead", batch, others: ports }, ports);
   }
 
+  /**
+   * Traces places of the scene, as Scene.probe.
+   *
+   * @param {ArrayLike<number>} places @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
+   * @returns {Promise<import("../tracing/scene.js").Probe | null>} null if there is no scene, or no longer
+   */
+  probe(places, size, camera) {
+    const [tracer] = this.ready, id = ++this.#probe;
+    if (!tracer) return Promise.resolve(null);
+    return new Promise((resolve) => {
+      this.#probes.set(id, resolve);
+      tracer.worker.postMessage({ kind: "probe", id, places, size, camera });
+    });
+  }
+
   /** Ends the batch soon; its samples are not sent. */
   cancel() {
     if (this.#batch) this.#leader?.worker.postMessage({ kind: "cancel" });
@@ -222,6 +240,7 @@ export class Pool {
     this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     for (const lender of this.#lenders.splice(0)) lender.terminate();
+    this.#endProbes();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
   }
 
@@ -229,6 +248,9 @@ export class Pool {
   #receive(tracer, reply) {
     if (reply.kind === "traced") {
       this.#finish(reply);
+    } else if (reply.kind === "probed") {
+      this.#probes.get(reply.id)?.(reply.probe);
+      this.#probes.delete(reply.id);
     } else if (reply.kind === "opened") {
       if (reply.edition) --tracer.pending;
       tracer.edition = reply.edition;
@@ -238,6 +260,11 @@ export class Pool {
       if (reply.edition) --tracer.pending;
       this.#failed(tracer, reply.message, reply.broken);
     }
+  }
+
+  #endProbes() {
+    for (const resolve of this.#probes.values()) resolve(null);
+    this.#probes.clear();
   }
 
   /** @param {Traced} traced */
@@ -253,6 +280,7 @@ export class Pool {
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
       for (const lender of this.#lenders.splice(0)) lender.terminate();
       if (this.ended) this.#lost(message);
+      this.#endProbes();
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {

@@ -5,12 +5,12 @@
  * The first tracer gets it first; once that can show it, the others do. Then the worker ends, which frees the memory of
  * the reader.
  *
+ * @typedef {import("../shapes/affine.js").Matrix} Matrix
  * @typedef {{script: string | null, warnings: string[]}} Summary
  *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each
- * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort, module: WebAssembly.Module}
+ * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], turn: Matrix | null, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; beside: files opened together with it; yUp: whether y is up in the file, to rotate
- *   to z up; port: to a tracer; ports: to the others; a large scene may not fit all of them
+ *   source: a file, or its address; beside: files opened together with it; turn: the rotation of the file's scene; port: to a tracer; ports: to the others; a large scene may not fit all of them
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with the number of all tracers that got the scene
  */
@@ -19,7 +19,7 @@ import { fetched } from "../core/fetching.js";
 import { Beside } from "../files/beside.js";
 import { checkFormat, readFile } from "../files/read.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
-import { turnedUpright } from "../tracing/description.js";
+import { turned } from "../tracing/description.js";
 
 /** Maximum bytes of scenes in all tracers together. */
 const MOST = 400e6;
@@ -45,14 +45,14 @@ function weight(value) {
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, beside, yUp, port, module }) {
+async function read({ name, source, beside, turn, port, module }) {
   try {
     const core = new Core(module);
     scene = await readFile(core, name, await bytesOf(name, source), new Beside(beside));
-    if (yUp) scene = await inCanonicalOrder(core, turnedUpright(scene));
+    if (turn) scene = await inCanonicalOrder(core, turned(scene, turn));
     port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
-    const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;
+    const script = scene.shapes.length === 1 && shape.kind === "script" && !turn ? shape.source : null;
     reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [] } });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });

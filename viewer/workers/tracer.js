@@ -37,15 +37,18 @@
  *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
  *   | {kind: "lead", batch: Batch, others: MessagePort[]}
  *   | {kind: "help", leader: MessagePort}
+ *   | {kind: "probe", id: number, places: ArrayLike<number>, size: Size, camera: Camera}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
  *   "open" may also come through the port `reading`; it is answered by "opened" or "failed", and then the previous
  *   scene stays. There is no answer if the tracer has a scene of a later edition: scenes from the port, of edition 0,
  *   may be outdated. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
- *   once; "help" is only answered by "failed"
+ *   once; "help" is only answered by "failed"; "probe", at any time, is answered by "probed", with null if there is no
+ *   scene
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
+ *   | {kind: "probed", id: number, probe: import("../tracing/scene.js").Probe | null}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
  *   edition: of the requested scene; warnings: a line each; broken: the core is unusable; cancelled: no samples were
  *   sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of the
@@ -313,6 +316,8 @@ function receive({ data }) {
     lead(data.batch, data.others).catch((error) => fail(error));
   } else if (data.kind === "help") {
     help(data.leader);
+  } else if (data.kind === "probe") {
+    reply({ kind: "probed", id: data.id, probe: scene?.probe(data.places, data.size, data.camera) ?? null });
   } else {
     cancel();
   }
