@@ -28,12 +28,14 @@
 import { addressOf, fileName } from "../core/addresses.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
 import { orbit } from "./orbit.js";
+import { Sight } from "./sight.js";
 import { STYLE } from "./style.js";
-import { Viewing, coreFor } from "./viewing.js";
+import { Viewing } from "./viewing.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 21;
+const REMOVED = "bob-view-removed"; // an event for the element itself
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
 
@@ -58,6 +60,7 @@ export class BobView extends HTMLElement {
   /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
   #resizing = new ResizeObserver(() => this.#fit());
+  #sight = new Sight(this, () => this.#see());
   /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
@@ -79,34 +82,29 @@ export class BobView extends HTMLElement {
   }
 
   connectedCallback() {
-    const address = this.src === null ? null : this.#address;
-    this.#start(coreFor(address ? fileName(address) : ""));
-    this.#describe();
-    this.#resizing.observe(this);
-    if (this.src !== null) this.#open();
-    this.#turn();
-  }
-
-  /** @param {import("./viewing.js").CoreName} core */
-  #start(core) {
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
-    this.#viewing?.end();
-    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize, core }, {
+    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
     this.#fit();
+    this.#describe();
+    this.#resizing.observe(this);
+    this.#sight.begin();
+    this.#see();
+    if (this.src !== null) this.#open();
   }
 
   disconnectedCallback() {
     this.#camera = this.camera;
     this.#resizing.disconnect();
+    this.#sight.end();
     this.#viewing?.end();
     this.#viewing = undefined;
     clearTimeout(this.#promptTimer);
-    cancelAnimationFrame(this.#turning);
+    this.dispatchEvent(new Event(REMOVED));
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
@@ -208,15 +206,22 @@ export class BobView extends HTMLElement {
     return this.#canvas.toDataURL(type, quality);
   }
 
-  /** Resolves once the picture is exact. @returns {Promise<void>} */
+  /**
+   * Resolves once the picture is exact, so not before it is seen.
+   *
+   * @returns {Promise<void>} rejected if the element is removed before
+   */
   converged() {
-    return new Promise((resolve) => {
+    return new Promise((resolve, reject) => {
+      const listening = new AbortController(), { signal } = listening;
       const check = () => {
-        if (!this.#viewing?.statistics.exact) return;
-        this.removeEventListener("progress", check);
-        resolve();
+        if (this.#viewing && !this.#viewing.statistics.exact) return;
+        listening.abort();
+        if (this.#viewing) resolve();
+        else reject(new Error("converged: expected an element in a document, got one that was removed"));
       };
-      this.addEventListener("progress", check);
+      this.addEventListener("progress", check, { signal });
+      this.addEventListener(REMOVED, check, { signal });
       check();
     });
   }
@@ -237,7 +242,6 @@ export class BobView extends HTMLElement {
   /** @param {string} name @param {Blob | string} source */
   async #read(name, source) {
     this.ariaBusy = "true";
-    if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
     const { viewing } = this;
     try {
       if (await viewing.read(name, source)) this.begun();
@@ -272,6 +276,8 @@ export class BobView extends HTMLElement {
     this.#context.transferFromImageBitmap(bitmap);
     this.#poster.hidden = true;
     if (repainted) return;
+    this.#sight.look();
+    if (!this.#sight.isSeen) this.#see();
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
@@ -327,24 +333,31 @@ export class BobView extends HTMLElement {
     }
     if (FIELDS.every((name) => after[name] === before[name])) return;
     this.#camera = after;
-    this.#viewing?.change({ camera: after });
+    this.#viewing?.change({ camera: after }, source === "user-interaction");
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 
-  /** Turns by itself while `auto-rotate` applies. */
+  /** Turns by itself while `auto-rotate` applies, and it is seen. */
   #turn() {
     cancelAnimationFrame(this.#turning);
-    if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    if (!this.#sight.isSeen || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
     let last = performance.now();
     const step = (/** @type {number} */ now) => {
       this.#turning = requestAnimationFrame(step);
       const since = now - last;
       last = now;
-      if (this.#viewing?.statistics.pictures && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
-        this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
-      }
+      if (!this.#viewing?.statistics.pictures || now < this.#touchedAt + IDLE_MS) return;
+      this.#sight.look(); // which may end this
+      if (this.#sight.isSeen) this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
     };
     this.#turning = requestAnimationFrame(step);
+  }
+
+  /** Works while it is seen, and turns. With `loading="eager"`, the first exact picture does not wait until it is seen. */
+  #see() {
+    const isEager = this.getAttribute("loading") === "eager" && this.#viewing?.statistics.exact === false;
+    this.#viewing?.see(this.#sight.isSeen || isEager);
+    this.#turn();
   }
 }
 

@@ -26,7 +26,7 @@ export class Opening {
     this.#state = state;
     this.#viewing = viewing;
     this.#shown = shown;
-    viewing.expectsMore = true;
+    viewing.expectMore();
   }
 
   /** @param {string} name of a file of the gallery */

@@ -1,16 +1,12 @@
 // @ts-check
 /**
- * The workers that trace one scene, and the one that reads it.
- *
- * Each file gets new workers, since a WebAssembly instance never releases memory; the old ones end when the new ones
- * can show the file. One worker traces the first picture alone; starting the others meanwhile would only delay it. If
- * workers may share memory, there is one tracer, and the others lend it their threads.
+ * The workers that trace a scene. One traces the first picture alone; starting the others meanwhile would only delay it.
+ * If workers may share memory, there is one tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
- * @typedef {{worker: Worker, port: MessagePort, pending: number, edition: number}} Tracer
- *   port: for the reader of the scene; pending: number of scenes sent and not answered yet; edition: of its scene, or
- *   NONE
+ * @typedef {{worker: Worker, pending: Set<number>, edition: number, memory: number}} Tracer
+ *   pending: editions sent by the page and not answered yet; edition: of its scene, or NONE; memory: bytes of its core
  */
 import { canLendThreads } from "../core/compile.js";
 import { startWorker } from "../core/parts.js";
@@ -18,7 +14,7 @@ import { startWorker } from "../core/parts.js";
 const nothing = () => {};
 const AMPLE = 4; // cores; with more, some are free while a page starts
 const NONE = -1;
-const READ = 0; // edition of the reader's scene
+const LARGE = 128e6; // bytes of all its cores, which never shrink: more is not kept for another scene
 
 export class Pool {
   /** @type {Tracer[]} */
@@ -27,17 +23,18 @@ export class Pool {
   #waiting = [];
   /** @type {Batch | undefined} in progress */
   #batch;
+  /** Follows the batch in progress, which was cancelled. @type {Batch | undefined} */
+  #next;
   /** @type {Tracer | undefined} leads the batch, or led the last one */
   #leader;
   /** @type {Tracer[]} */
   #others = [];
-  #reader = startWorker("reader");
   /** Workers that lend the tracer their threads. @type {Worker[]} */
   #lenders = [];
   #lendable; // maximum number of further lenders
-  /** Starts the missing workers and gives them the scene. */
+  /** Starts the missing workers and gives all of them the scene. */
   #share = nothing;
-  #asked = READ; // edition of the newest scene sent to tracers
+  #asked = 0; // edition of the newest scene sent to tracers
   #edition = NONE; // edition of the newest scene of a tracer
   #count;
   #module;
@@ -46,18 +43,19 @@ export class Pool {
   #lost;
 
   /**
-   * @param {number} count of tracing threads
+   * @param {number} size number of tracing threads
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing receives the samples
    * @param {(traced: Traced) => void} done called after each batch
    * @param {(message: string) => void} lost called after the last worker failed
    */
-  constructor(count, module, completing, done, lost) {
+  constructor(size, module, completing, done, lost) {
+    this.size = size;
     this.#module = module;
     this.#done = done;
     this.#lost = lost;
-    this.#count = canLendThreads() ? 1 : count;
-    this.#lendable = count - this.#count;
+    this.#count = canLendThreads() ? 1 : size;
+    this.#lendable = size - this.#count;
     this.#completing = completing;
     this.#add();
     if (navigator.hardwareConcurrency >= AMPLE) this.lend();
@@ -65,11 +63,10 @@ export class Pool {
 
   /** Starts a worker. @returns {Tracer} */
   #add() {
-    const worker = startWorker("tracer");
-    const samples = new MessageChannel(), scenes = new MessageChannel();
-    this.#completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
-    worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
-    const tracer = { worker, port: scenes.port2, pending: 0, edition: NONE };
+    const worker = startWorker("tracer"), tracer = { worker, pending: new Set(), edition: NONE, memory: 0 };
+    const { port1, port2 } = new MessageChannel();
+    this.#completing.postMessage({ kind: "connect", tracer: port2 }, [port2]);
+    worker.postMessage({ kind: "connect", completing: port1 }, [port1]);
     this.#module.then((module) => worker.postMessage({ kind: "start", module }),
                       (error) => this.#failed(tracer, error.message, true));
     worker.onmessage = ({ data }) => this.#receive(tracer, data);
@@ -93,14 +90,15 @@ export class Pool {
     tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
   }
 
-  /** Starts all missing workers, for the current scene. @returns {Tracer[]} */
-  #addOthers() {
-    return Array.from({ length: this.#count - this.#tracers.length }, () => this.#add());
+  /** All tracers but the first, after starting the missing ones. @returns {Tracer[]} */
+  #allOthers() {
+    while (this.#tracers.length < this.#count) this.#add();
+    return this.#tracers.slice(1);
   }
 
   /** Tracers with the newest scene. */
   get ready() {
-    return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending === 0);
+    return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending.size === 0);
   }
 
   /** Number of threads for the newest scene. */
@@ -113,6 +111,12 @@ export class Pool {
     return this.#tracers.length === 0;
   }
 
+  /** Whether its memory is small enough, and all its workers are there, for another scene. */
+  get isReusable() {
+    const memory = this.#tracers.reduce((sum, tracer) => sum + tracer.memory, 0);
+    return !this.ended && memory <= LARGE && this.#count === (canLendThreads() ? 1 : this.size);
+  }
+
   /**
    * Replaces the scene; if that fails, the previous one stays.
    *
@@ -123,11 +127,12 @@ export class Pool {
     const shareBefore = this.#share, edition = ++this.#asked;
     /** @param {Tracer} tracer */
     const give = (tracer) => {
-      ++tracer.pending;
+      tracer.pending.add(edition);
       tracer.worker.postMessage({ kind: "open", scene, edition });
     };
     this.#share = nothing;
-    this.#tracers.forEach(give);
+    const given = [...this.#tracers];
+    given.forEach(give);
     let warnings;
     try {
       warnings = await this.#opened();
@@ -135,46 +140,40 @@ export class Pool {
       this.#share = shareBefore;
       throw error;
     }
-    this.#reader.terminate();
-    this.#share = () => this.#addOthers().forEach(give);
+    this.#share = () => this.#allOthers().filter((tracer) => !given.includes(tracer)).forEach(give);
     return warnings;
   }
 
   /**
-   * Opens a file, once.
+   * Replaces the scene by a file's; if that fails, the previous one stays.
    *
-   * @param {string} name with its ending
-   * @param {Blob | string} source or its address
-   * @param {boolean} yUp whether y is up in the file
-   * @param {File[]} beside files opened together with it
-   * @param {Promise<WebAssembly.Module>} module of the core that reads it
-   * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
+   * @param {import("./reading.js").ReadFile} file
+   * @returns {import("./reading.js").ReadFile["summary"]} resolved once a tracer has it
    */
-  async read(name, source, yUp, beside, module) {
-    const opened = this.#opened(), { port } = this.#tracers[0];
-    opened.catch(() => {}); // awaited below
-    const reader = this.#reader;
+  async read({ port, summary: reading, share }) {
+    const edition = ++this.#asked, shareBefore = this.#share;
+    this.#share = nothing;
     try {
-      /** @type {Promise<import("./reader.js").Summary>} */
-      const read = new Promise((resolve, reject) => {
-        reader.onmessage = ({ data }) => {
-          if (data.kind === "read") resolve(data.summary);
-          else if (data.kind === "failed") reject(new Error(data.message));
-          else this.#keep(data.tracers);
-        };
-        reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
-      });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await module }, [port]);
-      const [summary, warnings] = await Promise.all([read, opened]);
+      this.#give(this.#tracers[0], port, edition);
+      const [summary, warnings] = await Promise.all([reading, this.#opened()]);
       this.#share = () => {
-        const ports = this.#addOthers().map((tracer) => tracer.port);
-        reader.postMessage({ kind: "share", ports }, ports);
+        const ports = this.#allOthers().map((tracer) => {
+          const { port1, port2 } = new MessageChannel();
+          this.#give(tracer, port1, edition);
+          return port2;
+        });
+        share(ports).then((count) => count !== null && edition === this.#asked && this.#keep(count));
       };
       return { ...summary, warnings: [...summary.warnings, ...warnings] };
     } catch (error) {
-      reader.terminate();
+      this.#share = shareBefore;
       throw error;
     }
+  }
+
+  /** @param {Tracer} tracer @param {MessagePort} reading its scene comes through it @param {number} edition of this scene */
+  #give({ worker }, reading, edition) {
+    worker.postMessage({ kind: "read", reading, edition }, [reading]);
   }
 
   /** Starts all workers, beginning with the scene's first picture. */
@@ -184,10 +183,9 @@ export class Pool {
     this.#share = nothing;
   }
 
-  /** Ends workers that are no longer needed once a scene was shared. @param {number} count of tracers with the scene */
+  /** Ends tracers that got no scene, because it does not fit all. @param {number} count of those that got it */
   #keep(count) {
     this.#count = count;
-    this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
@@ -198,6 +196,10 @@ export class Pool {
 
   /** @param {Batch} batch for `parts` of the ready tracers */
   trace(batch) {
+    if (this.#batch) {
+      this.#next = batch;
+      return;
+    }
     // The leader of the last batch has the samples of the view.
     const ready = this.ready, leader = this.#leader && ready.includes(this.#leader) ? this.#leader : ready[0];
     this.#batch = batch;
@@ -213,13 +215,13 @@ export class Pool {
 
   /** Ends the batch soon; its samples are not sent. */
   cancel() {
+    this.#next = undefined;
     if (this.#batch) this.#leader?.worker.postMessage({ kind: "cancel" });
   }
 
   /** Ends the workers; scenes being opened fail. */
   end() {
     this.#share = nothing;
-    this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     for (const lender of this.#lenders.splice(0)) lender.terminate();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
@@ -230,20 +232,23 @@ export class Pool {
     if (reply.kind === "traced") {
       this.#finish(reply);
     } else if (reply.kind === "opened") {
-      if (reply.edition) --tracer.pending;
+      tracer.pending.delete(reply.edition);
       tracer.edition = reply.edition;
+      tracer.memory = reply.memory;
       this.#edition = Math.max(this.#edition, reply.edition);
       if (reply.edition === this.#asked) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
-      if (reply.edition) --tracer.pending;
+      if (reply.edition !== undefined) tracer.pending.delete(reply.edition);
       this.#failed(tracer, reply.message, reply.broken);
     }
   }
 
   /** @param {Traced} traced */
   #finish(traced) {
-    this.#batch = undefined;
+    const next = this.#next;
+    this.#batch = this.#next = undefined;
     this.#done(traced);
+    if (next && !this.#batch && this.threads > 0) this.trace(next);
   }
 
   /** @param {Tracer} tracer @param {string} message @param {boolean} broken */

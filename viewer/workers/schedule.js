@@ -16,6 +16,9 @@ const SHARE = 0.8; // share of a picture's time for tracing: with more, the page
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // divisors of the size of moving pictures
 const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
 
+/** Numbers of the newest batch and view of the page, whose elements share workers: these go by what is newer. */
+const newest = { batch: 0, view: 0 };
+
 export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
@@ -41,13 +44,13 @@ export class Schedule {
   #stale = true; // whether the view has another camera, size or scene than requested
   #changedAt = -Infinity;
 
+  #before = 0; // newest view of the page when the workers got the scene
   #view = 0;
   /** @type {Size} of the view */
   #viewSize = this.#size;
   #reached = 0; // traced pixels of the view's sequence
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
-  #batch = 0;
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
@@ -65,11 +68,33 @@ export class Schedule {
 
   /** Shows a scene. @param {import("./pool.js").Pool} pool has the scene */
   show(pool) {
-    if (pool !== this.#pool) this.#tracing = false;
+    const isOther = pool !== this.#pool;
+    if (isOther) this.#tracing = false, this.#before = newest.view;
     this.#pool = pool;
     this.#isKnown = false;
     this.#waiting = [];
     this.change({});
+    if (isOther) this.#changedAt = -Infinity; // nothing moves
+  }
+
+  /** Pauses until workers have the scene again. */
+  stop() {
+    clearTimeout(this.#timer);
+    this.#stale = !this.isDone;
+    this.#pool = undefined;
+    this.#tracing = false;
+    this.#waiting = [];
+  }
+
+  /** Whether there is nothing to trace or complete. */
+  get isDone() {
+    const { height, width } = this.#viewSize, isWhole = this.#reached >= height * width && this.#scale === 1;
+    return !this.#stale && !this.#tracing && this.#waiting.length === 0 && (isWhole || !this.refines);
+  }
+
+  /** Whether a batch is of the current workers and scene. @param {import("./tracer.js").Batch} batch */
+  owns(batch) {
+    return batch.view > this.#before;
   }
 
   /** @param {{camera?: Partial<Camera>, size?: Size}} what */
@@ -141,7 +166,7 @@ export class Schedule {
   /** A new view. @param {number} scale */
   #begin(scale) {
     const { height, width } = this.#size;
-    ++this.#view;
+    this.#view = ++newest.view;
     this.#viewSize = { height: Math.round(height / scale), width: Math.round(width / scale) };
     this.#reached = 0;
   }
@@ -150,6 +175,6 @@ export class Schedule {
   #trace(milliseconds, parts) {
     this.#tracing = true;
     const completed = this.#completed.splice(0);
-    this.#pool?.trace({ id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, milliseconds, completed });
+    this.#pool?.trace({ id: ++newest.batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, milliseconds, completed });
   }
 }

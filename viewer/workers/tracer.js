@@ -32,22 +32,22 @@
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
- *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
+ *   | {kind: "connect", completing: MessagePort}
+ *   | {kind: "read", reading: MessagePort, edition: number}
  *   | {kind: "borrow", lenders: MessagePort[]}
  *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
  *   | {kind: "lead", batch: Batch, others: MessagePort[]}
  *   | {kind: "help", leader: MessagePort}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
- *   "open" may also come through the port `reading`; it is answered by "opened" or "failed", and then the previous
- *   scene stays. There is no answer if the tracer has a scene of a later edition: scenes from the port, of edition 0,
- *   may be outdated. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
+ *   "open" is answered by "opened" or "failed", and then the previous scene stays. So is "read", whose scene comes
+ *   through the port `reading`. There is no answer if the tracer has a scene of a later edition. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
  *   once; "help" is only answered by "failed"
  *
- * @typedef {{kind: "opened", edition: number, warnings: string[]}
+ * @typedef {{kind: "opened", edition: number, warnings: string[], memory: number}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
- *   edition: of the requested scene; warnings: a line each; broken: the core is unusable; cancelled: no samples were
+ *   edition: of the requested scene; warnings: a line each; memory: bytes of the core, which never shrinks; broken: the core is unusable; cancelled: no samples were
  *   sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of the
  *   batch; completing: milliseconds of the fastest completion of its picture, 0 before the first measurement
  */
@@ -120,7 +120,7 @@ async function open(request) {
     forgetViews();
     planner?.free();
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
-    reply({ kind: "opened", edition, warnings: built.warnings });
+    reply({ kind: "opened", edition, warnings: built.warnings, memory: core.memory.byteLength });
   } catch (error) {
     const broken = !(error instanceof CoreError); // any error the core does not report is fatal, usually out of memory
     fail(error, broken, request.edition);
@@ -303,7 +303,9 @@ function receive({ data }) {
   } else if (data.kind === "connect") {
     completing = data.completing;
     completing.onmessage = ({ data: array }) => (spare = array);
-    data.reading.onmessage = receive;
+  } else if (data.kind === "read") {
+    const { reading, edition: of } = data;
+    reading.onmessage = ({ data: scene }) => open({ kind: "open", scene, edition: of });
   } else if (data.kind === "borrow") {
     threads = 1 + data.lenders.length;
     starting.then(() => data.lenders.forEach((port) => port.postMessage(loan)));
