@@ -64,7 +64,7 @@ def of_processes(read: Callable[[Path], float], marker: str, kind: str = "") -> 
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             parent = int((folder / "stat").read_text("utf-8").rpartition(")")[2].split()[1])
-            found[int(folder.name)] = parent, (folder / "cmdline").read_text("utf-8")
+            found[int(folder.name)] = parent, (folder / "cmdline").read_text("utf-8", "replace")
         except OSError:
             continue  # it has ended meanwhile
     inside = {pid for pid, (_, command) in found.items() if marker in command and "--type=" not in command}
@@ -99,9 +99,9 @@ def opened(kind: Any, url: str, expected: int, size: tuple[int, int], marker: st
         page.add_init_script(WATCH)
         page.goto(url)
         try:
-            page.wait_for_function(f"() => loads.length >= {expected}", timeout=120_000)
+            page.wait_for_function(f"() => loads.length >= {expected}", timeout=30_000)
         except Exception:
-            print("only", page.evaluate("() => loads.length"), "of", expected)
+            print("only", page.evaluate("() => loads.length"), "of", expected, page.evaluate("() => [...document.querySelectorAll('bob-view')].map(v=>v.viewing.statistics.pictures+' '+v.viewing.statistics.exact+' '+v.viewing.hasWork+' '+v.viewing.isSeen+' '+v.viewing.movedAt+' '+v.viewing.hasPicture+' '+v.src)"))
         last = page.evaluate("() => loads.at(-1)") / 1000
         page.wait_for_timeout(3000)
         before, begin = of_processes(seconds, marker), time.perf_counter()

@@ -37,7 +37,10 @@ const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.me
  * @property {(error: Error) => void} reject
  */
 
+let count = 0; // of viewings so far
+
 export class Viewing {
+  id = ++count;
   statistics;
   schedule;
   /** The module that supports its scenes. @type {CoreName} */
@@ -45,6 +48,7 @@ export class Viewing {
   /** When the user moved it, until its picture is exact: it comes first. */
   movedAt = -Infinity;
   isSeen = false;
+  hasPicture = false; // of its scene
   /** The displayed scene. @type {Scene | undefined} */
   #scene;
   /** The scene that replaces it. @type {Scene | undefined} */
@@ -141,6 +145,7 @@ export class Viewing {
     this.#isShowing = true;
     this.statistics.exact = false;
     crew.paint(this.#showing);
+    pool.turnTo(this.id);
     this.schedule.show(pool);
   }
 
@@ -155,14 +160,22 @@ export class Viewing {
   show(picture, repainted) {
     const { statistics, schedule } = this;
     statistics.expected = picture.expected;
+    this.hasPicture = true;
     if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
-    if (schedule.isDone) this.movedAt = -Infinity;
     this.#told.picture(picture, repainted);
+    this.#rest();
   }
 
   /** @param {import("../workers/pool.js").Traced} traced */
   traced(traced) {
-    if (this.#isShowing && this.schedule.owns(traced.batch)) this.schedule.traced(traced);
+    if (!this.#isShowing || !this.schedule.owns(traced.batch)) return;
+    this.schedule.traced(traced);
+    this.#rest(); // its picture may have come before
+  }
+
+  #rest() {
+    if (this.schedule.isDone) this.movedAt = -Infinity;
+    if (!this.hasWork) crew.rest(this);
   }
 
   /** @param {Buffers | null} buffers */
@@ -220,7 +233,7 @@ export class Viewing {
     const open = async (/** @type {Pool} */ pool) => {
       const mine = prepared();
       file = undefined;
-      const summary = await pool.read(mine);
+      const summary = await pool.read(this.id, mine);
       bytes = summary.bytes; // the address may be gone when the scene is opened again
       return summary;
     };
@@ -229,7 +242,7 @@ export class Viewing {
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */
   run(text) {
-    return this.#replace(coreFor(""), running(text));
+    return this.#replace(coreFor(""), running(this.id, text));
   }
 
   /**
@@ -239,7 +252,7 @@ export class Viewing {
    * @returns {Promise<Summary | null>} null if another scene was opened meanwhile
    */
   async edit(text) {
-    const pool = crew.poolOf(this), open = running(text);
+    const pool = crew.poolOf(this), open = running(this.id, text);
     if (!pool) throw new Error("edit: expected a scene that is shown, got none");
     const opened = await open(pool);
     if (pool !== crew.poolOf(this)) return null;
@@ -254,6 +267,7 @@ export class Viewing {
    */
   #replace(core, open, prepare) {
     this.#coming?.resolve(null);
+    this.hasPicture = false;
     if (core === "core") this.core = core;
     this.#isBroken = false;
     return new Promise((resolve, reject) => {
@@ -301,6 +315,6 @@ export class Viewing {
   }
 }
 
-/** @param {string} text of a script @returns {Scene["open"]} */
-const running = (text) => async (pool) => (
-  { script: text, warnings: await pool.open({ shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });
+/** @param {number} id of the viewing @param {string} text of a script @returns {Scene["open"]} */
+const running = (id, text) => async (pool) => (
+  { script: text, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });

@@ -1,10 +1,11 @@
 // @ts-check
 /**
- * The workers of a page, shared by its elements. They work for one viewing at a time, until its picture is exact: then
- * for the next one that is waiting. The viewing that the user moves comes first. Nobody waits who is not seen.
+ * The workers of a page, shared by its elements. They work for one viewing at a time: first for the one that the user
+ * moves, then for those without a picture, then for the others until their pictures are exact; never for one that is not
+ * seen. They keep the scenes of several viewings.
  *
- * Between scenes, workers whose memory is large are replaced, since a WebAssembly instance never releases memory. When
- * nobody is left whom they could work for, all end.
+ * A WebAssembly instance never releases memory: workers whose memory is large are replaced before they get another
+ * scene. When nobody is left whom they could work for, all end.
  *
  * @typedef {import("../component/viewing.js").Viewing} Viewing
  * @typedef {import("../picture/planner.js").Model} Model
@@ -14,7 +15,8 @@ import { Completers } from "./completers.js";
 import { Pool } from "./pool.js";
 import { Reading } from "./reading.js";
 
-const TURN_MS = 500; // of a viewing that has a picture, while others wait
+const TURN_MS = 500; // after its first picture, if its scene may have to be opened again; at least twice the time it took to begin
+const AMPLE = 64e6; // bytes of tracers: with more, scenes of exact pictures are freed before another is opened
 const LEAVING_MS = 2000; // after the last viewing was seen, before the workers end
 const SPARE_MS = 500; // after a scene arrived, before workers for the next one are started
 const MOST_PIXELS = 1e6; // of pictures whose memory a completing worker may keep
@@ -45,7 +47,8 @@ class Crew {
   /** The viewing that the workers work for, or last did. @type {Viewing | undefined} */
   #holder;
   #isFree = true; // whether the holder has no more work
-  #since = 0; // of the holder's turn
+  #begun = 0; // when the holder's turn began
+  #until = Infinity; // when it ends if others have no picture
   #isChoosing = false;
   #leaving = 0;
   /** @type {CoreName} */
@@ -53,10 +56,12 @@ class Crew {
   /** @type {Completers | undefined} */
   #completers;
   #reading = new Reading();
-  /** The workers with the holder's scene, with its next scene, and for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
+  /** The tracers with scenes, with the next scene, and for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
   #pools = {};
-  /** The viewing whose scene is in the workers that show one. @type {Viewing | undefined} */
-  #owner;
+  /** Viewings whose scenes may be kept. @type {Set<Viewing>} */
+  #kept = new Set();
+  /** Identifies the scene that is being opened. @type {object | undefined} */
+  #opening;
   #pixels = 0; // of the largest picture
   /** How pictures are painted. @type {import("./completing.js").Showing | undefined} */
   #showing;
@@ -65,8 +70,6 @@ class Crew {
 
   /** Asks for the workers. @param {Viewing} viewing that is seen and has work */
   ask(viewing) {
-    clearTimeout(this.#leaving);
-    this.#leaving = 0;
     if (viewing === this.#holder) {
       this.#isFree = false;
       this.#start(viewing);
@@ -80,8 +83,7 @@ class Crew {
   /** A viewing has no work, or is not seen. @param {Viewing} viewing */
   rest(viewing) {
     this.#waiting.delete(viewing);
-    if (viewing !== this.#holder) return;
-    this.#isFree = true;
+    if (viewing === this.#holder) this.#isFree = true;
     this.#choose();
   }
 
@@ -89,15 +91,9 @@ class Crew {
   leave(viewing) {
     if (viewing === this.#expecting) this.#expecting = undefined;
     this.rest(viewing);
-    if (viewing === this.#owner) this.#owner = undefined;
-    if (viewing !== this.#holder) return;
-    this.#lose();
-    if (this.#waiting.size === 0 || this.#pixels > MOST_PIXELS) this.#end();
-  }
-
-  /** Whether the workers work for a viewing. @param {Viewing} viewing */
-  isOf(viewing) {
-    return viewing === this.#holder;
+    if (viewing === this.#holder) this.#lose();
+    this.#forget(viewing);
+    this.#giveBack();
   }
 
   /** Called after each picture. @param {Viewing} holder @param {import("./completing.js").Picture} picture */
@@ -106,19 +102,21 @@ class Crew {
     this.#pools.shown?.grow();
     if (holder.isMoved) this.#completers?.grow();
     this.#completers?.ask(wanted);
-    this.#next?.prepare();
-    if (!holder.hasWork) return this.rest(holder);
-    if (this.#waiting.size === 0 || holder.isMoved || performance.now() < this.#since + TURN_MS) return;
+    this.next?.prepare();
+    if (!holder.hasWork) return;
+    const now = performance.now(), isKept = (this.#pools.shown?.memory ?? Infinity) <= AMPLE;
+    if (this.#until === Infinity) this.#until = isKept ? now : now + Math.max(TURN_MS, 2 * (now - this.#begun));
+    const { next } = this, isOver = next && (next.hasPicture ? holder.schedule.isMoving : now >= this.#until);
+    if (!isOver || holder.isMoved) return holder.schedule.next();
     this.#waiting.add(holder);
     this.#isFree = true;
     this.#choose();
   }
 
-  /** The viewing that the user moved last, or that waits longest. @returns {Viewing | undefined} */
-  get #next() {
-    let next;
-    for (const viewing of this.#waiting) if (!next || viewing.movedAt > next.movedAt) next = viewing;
-    return next;
+  /** The viewing that the user moved last, or has no picture, or waits longest. @returns {Viewing | undefined} */
+  get next() {
+    const waiting = [...this.#waiting], moved = waiting.reduce((a, b) => (b.movedAt > a.movedAt ? b : a), waiting[0]);
+    return moved?.isMoved ? moved : waiting.find(({ hasPicture }) => !hasPicture) ?? moved;
   }
 
   /** Decides who is next, once all that happens now has happened: a page's elements come one after the other. */
@@ -127,11 +125,12 @@ class Crew {
     this.#isChoosing = true;
     queueMicrotask(() => {
       this.#isChoosing = false;
-      const first = this.#next;
-      if (!first) {
-        if (this.#isFree) this.#idle();
-      } else if (this.#isFree || first.movedAt > (this.#holder?.movedAt ?? -Infinity)) {
-        this.#give(first);
+      const first = this.next, holder = this.#holder;
+      if (first && (this.#isFree || first.movedAt > (holder?.movedAt ?? -Infinity))) this.#give(first);
+      else if (!first && this.#isFree && !this.#expecting) this.#reading.end();
+      if (this.#holder) this.#holder.schedule.isShared = this.#waiting.size > 0;
+      if (!this.#leaving && [holder, ...this.#kept].some((viewing) => viewing?.isSeen === false)) {
+        this.#leaving = setTimeout(() => this.#giveBack(), LEAVING_MS);
       }
     });
   }
@@ -146,7 +145,8 @@ class Crew {
       this.#holder = viewing;
     }
     this.#isFree = false;
-    this.#since = performance.now();
+    this.#begun = performance.now();
+    this.#until = Infinity;
     this.#start(viewing);
     viewing.begin();
   }
@@ -161,15 +161,15 @@ class Crew {
     holder?.stop();
   }
 
-  /** Nobody is waiting: workers end if nobody sees the holder either. */
-  #idle() {
-    if (!this.#expecting) this.#reading.end();
-    if (this.#holder?.isSeen || this.#leaving || !this.#completers) return;
-    this.#leaving = setTimeout(() => {
-      this.#leaving = 0;
-      this.#lose();
-      this.#end();
-    }, LEAVING_MS);
+  /** Frees the scenes that nobody sees, and ends the workers that nobody needs, or whose memory is large. */
+  #giveBack() {
+    clearTimeout(this.#leaving);
+    this.#leaving = 0;
+    for (const viewing of this.#kept) if (!viewing.isSeen) this.#forget(viewing);
+    const holder = this.#holder, isNeeded = this.#waiting.size > 0 || this.#kept.size > 0 || holder?.isSeen;
+    if (isNeeded && (this.#pools.shown?.memory ?? 0) <= AMPLE && this.#pixels <= MOST_PIXELS) return;
+    this.#end();
+    if (holder?.hasWork) this.ask(holder);
   }
 
   // ---- Workers -------------------------------------------------------------------------------------------
@@ -185,12 +185,6 @@ class Crew {
       this.#core = "core";
     }
     this.#completers ??= new Completers(compiledCore(this.#core), NETWORKS[this.#core], (reply) => this.#receive(reply));
-    if (this.#pools.shown && this.#owner !== viewing) {
-      const { shown } = this.#pools;
-      this.#pools.shown = this.#owner = undefined;
-      if (shown.isReusable && !this.#pools.spare) this.#pools.spare = shown;
-      else shown.end();
-    }
   }
 
   /** Ends all workers. */
@@ -198,7 +192,8 @@ class Crew {
     const pools = Object.values(this.#pools);
     this.#holder?.stop();
     this.#pools = {};
-    this.#owner = undefined;
+    this.#opening = undefined;
+    this.#kept.clear();
     this.#pixels = 0;
     for (const pool of pools) pool?.end();
     this.#completers?.end();
@@ -225,10 +220,15 @@ class Crew {
   /** Gives up the scene that is being opened. */
   #abandon() {
     const { coming, shown } = this.#pools;
-    this.#pools.coming = undefined;
-    if (coming === shown) this.#pools.shown = this.#owner = undefined;
-    coming?.end();
+    this.#pools.coming = this.#opening = undefined;
+    if (coming !== shown) coming?.end();
     if (this.#reading.isBusy) this.#reading.end();
+  }
+
+  /** Frees the scene of a viewing. @param {Viewing} viewing */
+  #forget(viewing) {
+    if (!this.#kept.delete(viewing)) return;
+    this.#pools.shown?.forget(viewing.id);
   }
 
   /** @param {import("./completing.js").Reply} reply */
@@ -250,10 +250,28 @@ class Crew {
 
   // ---- Scenes --------------------------------------------------------------------------------------------
 
-  /** The workers with a viewing's scene. @param {Viewing} viewing @returns {Pool | undefined} */
-  poolOf(viewing) {
+  /** The tracers that keep a viewing's scene. @param {Viewing} viewing @returns {Pool | undefined} */
+  poolOf({ id }) {
     const { shown } = this.#pools;
-    return viewing === this.#owner && shown?.ended === false ? shown : undefined;
+    return shown?.has(id) ? shown : undefined;
+  }
+
+  /** The tracers for the holder's next scene. @param {Viewing} holder @returns {Pool} */
+  #poolFor({ id, workers }) {
+    const pools = this.#pools, { shown, spare } = pools;
+    pools.spare = undefined;
+    if (spare?.size === workers) return spare;
+    spare?.end();
+    if (this.#expecting) return this.#createPool(workers);
+    if (shown?.isReusable && shown.size === workers) {
+      if (shown.memory > AMPLE) for (const viewing of this.#kept) if (!viewing.hasWork) this.#forget(viewing);
+      return shown;
+    }
+    if (shown && !shown.has(id)) {
+      shown.end();
+      pools.shown = undefined;
+    }
+    return this.#createPool(workers);
   }
 
   /**
@@ -267,21 +285,21 @@ class Crew {
    */
   async open(viewing, open) {
     if (this.#pools.coming) this.#abandon();
-    const pools = this.#pools, { shown, spare } = pools, isReusable = viewing !== this.#expecting && shown?.isReusable && shown.size === viewing.workers;
-    if (spare && spare.size !== viewing.workers) spare.end(), pools.spare = undefined;
-    const pool = pools.coming = pools.spare ?? (isReusable && shown ? shown : this.#createPool(viewing.workers));
-    pools.spare = undefined;
+    const pools = this.#pools, pool = pools.coming = this.#poolFor(viewing), opening = this.#opening = {};
     try {
       const result = await open(pool);
-      if (pool !== this.#pools.coming) return null;
-      if (pools.shown !== pool) pools.shown?.end();
-      pools.shown = pool, pools.coming = undefined;
-      this.#owner = viewing;
+      if (opening !== this.#opening) return null;
+      if (pools.shown !== pool) {
+        pools.shown?.end();
+        this.#kept.clear();
+      }
+      pools.shown = pool, pools.coming = this.#opening = undefined;
+      this.#kept.add(viewing);
       return { pool, result };
     } catch (error) {
-      if (pool !== this.#pools.coming) return null;
-      pools.coming = undefined;
-      if (pool !== shown || pool.ended) pool.end();
+      if (opening !== this.#opening) return null;
+      pools.coming = this.#opening = undefined;
+      if (pool !== pools.shown || pool.ended) pool.end();
       throw error;
     } finally {
       setTimeout(() => this.#startSpare(viewing.workers), SPARE_MS);

@@ -1,12 +1,15 @@
 // @ts-check
 /**
- * The workers that trace a scene. One traces the first picture alone; starting the others meanwhile would only delay it.
- * If workers may share memory, there is one tracer, and the others lend it their threads.
+ * The workers that trace: they keep the scenes of several elements, and trace for one at a time. One worker traces the
+ * first picture alone; starting the others meanwhile would only delay it. If workers may share memory, there is one
+ * tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
- * @typedef {{worker: Worker, pending: Set<number>, edition: number, memory: number}} Tracer
- *   pending: editions sent by the page and not answered yet; edition: of its scene, or NONE; memory: bytes of its core
+ * @typedef {{worker: Worker, pending: Set<number>, editions: Map<number, number>, memory: number}} Tracer
+ *   pending: editions sent by the page and not answered yet; editions: of its scenes, by element; memory: bytes of its core
+ * @typedef {{edition: number, share: () => void}} Kept an element's scene
+ *   edition: the newest of a tracer, or NONE; share: starts the missing workers and gives all of them the scene
  */
 import { canLendThreads } from "../core/compile.js";
 import { startWorker } from "../core/parts.js";
@@ -32,10 +35,10 @@ export class Pool {
   /** Workers that lend the tracer their threads. @type {Worker[]} */
   #lenders = [];
   #lendable; // maximum number of further lenders
-  /** Starts the missing workers and gives all of them the scene. */
-  #share = nothing;
+  #element = 0; // at work
+  /** By element. @type {Map<number, Kept>} */
+  #scenes = new Map();
   #asked = 0; // edition of the newest scene sent to tracers
-  #edition = NONE; // edition of the newest scene of a tracer
   #count;
   #module;
   #completing;
@@ -63,7 +66,7 @@ export class Pool {
 
   /** Starts a worker. @returns {Tracer} */
   #add() {
-    const worker = startWorker("tracer"), tracer = { worker, pending: new Set(), edition: NONE, memory: 0 };
+    const worker = startWorker("tracer"), tracer = { worker, pending: new Set(), editions: new Map(), memory: 0 };
     const { port1, port2 } = new MessageChannel();
     this.#completing.postMessage({ kind: "connect", tracer: port2 }, [port2]);
     worker.postMessage({ kind: "connect", completing: port1 }, [port1]);
@@ -96,12 +99,14 @@ export class Pool {
     return this.#tracers.slice(1);
   }
 
-  /** Tracers with the newest scene. */
+  /** Tracers with the element's newest scene. */
   get ready() {
-    return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending.size === 0);
+    const element = this.#element, edition = this.#scenes.get(element)?.edition ?? NONE;
+    if (edition === NONE) return [];
+    return this.#tracers.filter(({ editions, pending }) => editions.get(element) === edition && pending.size === 0);
   }
 
-  /** Number of threads for the newest scene. */
+  /** Number of threads for the element's newest scene. */
   get threads() {
     return this.ready.length + (this.ready.length > 0 ? this.#lenders.length : 0);
   }
@@ -111,76 +116,106 @@ export class Pool {
     return this.#tracers.length === 0;
   }
 
+  /** Bytes of all its cores. */
+  get memory() {
+    return this.#tracers.reduce((sum, tracer) => sum + tracer.memory, 0);
+  }
+
   /** Whether its memory is small enough, and all its workers are there, for another scene. */
   get isReusable() {
-    const memory = this.#tracers.reduce((sum, tracer) => sum + tracer.memory, 0);
-    return !this.ended && memory <= LARGE && this.#count === (canLendThreads() ? 1 : this.size);
+    return !this.ended && this.memory <= LARGE && this.#count === (canLendThreads() ? 1 : this.size);
+  }
+
+  /** Whether it has a scene of an element. @param {number} element */
+  has(element) {
+    return !this.ended && (this.#scenes.get(element)?.edition ?? NONE) !== NONE;
+  }
+
+  /** Batches are for this element from now on. @param {number} element */
+  turnTo(element) {
+    this.#element = element;
+  }
+
+  /** Frees an element's scene. @param {number} element */
+  forget(element) {
+    this.#scenes.delete(element);
+    for (const { worker, editions } of this.#tracers) {
+      editions.delete(element);
+      worker.postMessage({ kind: "forget", element });
+    }
+  }
+
+  /** @param {number} element @returns {Kept} */
+  #kept(element) {
+    const kept = this.#scenes.get(element) ?? { edition: NONE, share: nothing };
+    this.#scenes.set(element, kept);
+    return kept;
   }
 
   /**
-   * Replaces the scene; if that fails, the previous one stays.
+   * Replaces an element's scene; if that fails, the previous one stays.
    *
+   * @param {number} element
    * @param {import("../tracing/description.js").SceneDescription} scene
    * @returns {Promise<string[]>} warnings, a line each, once a tracer has it
    */
-  async open(scene) {
-    const shareBefore = this.#share, edition = ++this.#asked;
+  async open(element, scene) {
+    const kept = this.#kept(element), shareBefore = kept.share, edition = ++this.#asked;
     /** @param {Tracer} tracer */
     const give = (tracer) => {
       tracer.pending.add(edition);
-      tracer.worker.postMessage({ kind: "open", scene, edition });
+      tracer.worker.postMessage({ kind: "open", element, edition, scene });
     };
-    this.#share = nothing;
+    kept.share = nothing;
     const given = [...this.#tracers];
     given.forEach(give);
     let warnings;
     try {
       warnings = await this.#opened();
     } catch (error) {
-      this.#share = shareBefore;
+      kept.share = shareBefore;
       throw error;
     }
-    this.#share = () => this.#allOthers().filter((tracer) => !given.includes(tracer)).forEach(give);
+    kept.share = () => this.#allOthers().filter((tracer) => !given.includes(tracer)).forEach(give);
     return warnings;
   }
 
   /**
-   * Replaces the scene by a file's; if that fails, the previous one stays.
+   * Replaces an element's scene by a file's; if that fails, the previous one stays.
    *
+   * @param {number} element
    * @param {import("./reading.js").ReadFile} file
    * @returns {import("./reading.js").ReadFile["summary"]} resolved once a tracer has it
    */
-  async read({ port, summary: reading, share }) {
-    const edition = ++this.#asked, shareBefore = this.#share;
-    this.#share = nothing;
+  async read(element, { port, summary: reading, share }) {
+    const kept = this.#kept(element), edition = ++this.#asked, shareBefore = kept.share;
+    /** @param {Tracer} tracer @param {MessagePort} reading its scene comes through it */
+    const give = ({ worker }, reading) => worker.postMessage({ kind: "read", element, edition, reading }, [reading]);
+    kept.share = nothing;
     try {
-      this.#give(this.#tracers[0], port, edition);
+      give(this.#tracers[0], port);
       const [summary, warnings] = await Promise.all([reading, this.#opened()]);
-      this.#share = () => {
+      kept.share = () => {
         const ports = this.#allOthers().map((tracer) => {
           const { port1, port2 } = new MessageChannel();
-          this.#give(tracer, port1, edition);
+          give(tracer, port1);
           return port2;
         });
-        share(ports).then((count) => count !== null && edition === this.#asked && this.#keep(count));
+        share(ports).then((count) => count !== null && edition === kept.edition && this.#keep(count));
       };
       return { ...summary, warnings: [...summary.warnings, ...warnings] };
     } catch (error) {
-      this.#share = shareBefore;
+      kept.share = shareBefore;
       throw error;
     }
   }
 
-  /** @param {Tracer} tracer @param {MessagePort} reading its scene comes through it @param {number} edition of this scene */
-  #give({ worker }, reading, edition) {
-    worker.postMessage({ kind: "read", reading, edition }, [reading]);
-  }
-
   /** Starts all workers, beginning with the scene's first picture. */
   grow() {
+    const kept = this.#kept(this.#element), { share } = kept;
     this.lend();
-    this.#share();
-    this.#share = nothing;
+    kept.share = nothing;
+    share();
   }
 
   /** Ends tracers that got no scene, because it does not fit all. @param {number} count of those that got it */
@@ -207,10 +242,10 @@ export class Pool {
     this.#others = ready.filter((tracer) => tracer !== leader).slice(0, batch.parts - 1);
     const ports = this.#others.map(({ worker }) => {
       const { port1, port2 } = new MessageChannel();
-      worker.postMessage({ kind: "help", leader: port1 }, [port1]);
+      worker.postMessage({ kind: "help", element: this.#element, leader: port1 }, [port1]);
       return port2;
     });
-    leader.worker.postMessage({ kind: "lead", batch, others: ports }, ports);
+    leader.worker.postMessage({ kind: "lead", element: this.#element, batch, others: ports }, ports);
   }
 
   /** Ends the batch soon; its samples are not sent. */
@@ -221,7 +256,7 @@ export class Pool {
 
   /** Ends the workers; scenes being opened fail. */
   end() {
-    this.#share = nothing;
+    this.#scenes.clear();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     for (const lender of this.#lenders.splice(0)) lender.terminate();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
@@ -233,9 +268,12 @@ export class Pool {
       this.#finish(reply);
     } else if (reply.kind === "opened") {
       tracer.pending.delete(reply.edition);
-      tracer.edition = reply.edition;
       tracer.memory = reply.memory;
-      this.#edition = Math.max(this.#edition, reply.edition);
+      const kept = this.#scenes.get(reply.element);
+      if (kept) {
+        tracer.editions.set(reply.element, reply.edition);
+        kept.edition = Math.max(kept.edition, reply.edition);
+      }
       if (reply.edition === this.#asked) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
       if (reply.edition !== undefined) tracer.pending.delete(reply.edition);

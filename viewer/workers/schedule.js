@@ -24,6 +24,8 @@ export class Schedule {
   budget = 33;
   /** Whether resting views are refined. */
   refines = true;
+  /** Whether other elements wait: then no batch of a moving view is begun before `next`, since their turn may come. */
+  isShared = false;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -54,6 +56,7 @@ export class Schedule {
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
+  #shown = 0; // newest batch completed, which may be reported before it is traced
   #timer = 0;
 
   /** @param {Camera} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
@@ -92,6 +95,11 @@ export class Schedule {
     return !this.#stale && !this.#tracing && this.#waiting.length === 0 && (isWhole || !this.refines);
   }
 
+  /** Whether the camera, the size or the scene has just changed. */
+  get isMoving() {
+    return performance.now() < this.#changedAt + REST_MS;
+  }
+
   /** Whether a batch is of the current workers and scene. @param {import("./tracer.js").Batch} batch */
   owns(batch) {
     return batch.view > this.#before;
@@ -114,7 +122,7 @@ export class Schedule {
     if (!cancelled) {
       this.#isKnown = true;
       this.#pixelMs = completing / (batch.height * batch.width);
-      this.#waiting.push(batch.id);
+      if (batch.id > this.#shown) this.#waiting.push(batch.id);
       this.#reached = reached;
       this.raysPerSecond = 1000 * rays / milliseconds;
     }
@@ -125,8 +133,9 @@ export class Schedule {
   completed({ batch, traced, total, model }) {
     const pixels = batch.height * batch.width;
     if (traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
+    this.#shown = batch.id;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
-    this.next();
+    if (!this.isShared) this.next();
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
   }
 
@@ -134,7 +143,7 @@ export class Schedule {
   next() {
     clearTimeout(this.#timer);
     const ready = this.#pool?.threads ?? 0;
-    if (ready === 0 || this.#tracing || this.#waiting.length > 1) return;
+    if (ready === 0 || this.#tracing || this.#waiting.length > (this.isShared && this.#step === 0 ? 0 : 1)) return;
     if (this.#stale) {
       this.#stale = false;
       this.#scale = this.#scales ? this.#movingScale() : 1;
