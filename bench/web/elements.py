@@ -101,7 +101,15 @@ def opened(kind: Any, url: str, expected: int, size: tuple[int, int], marker: st
         try:
             page.wait_for_function(f"() => loads.length >= {expected}", timeout=30_000)
         except Exception:
-            print("only", page.evaluate("() => loads.length"), "of", expected, page.evaluate("() => [...document.querySelectorAll('bob-view')].map(v=>v.viewing.statistics.pictures+' '+v.viewing.statistics.exact+' '+v.viewing.hasWork+' '+v.viewing.isSeen+' '+v.viewing.movedAt+' '+v.viewing.hasPicture+' '+v.src)"))
+            print(
+                "only",
+                page.evaluate("() => loads.length"),
+                "of",
+                expected,
+                page.evaluate(
+                    "() => [...document.querySelectorAll('bob-view')].map(v=>v.viewing.statistics.pictures+' '+v.viewing.statistics.exact+' '+v.viewing.hasWork+' '+v.viewing.isSeen+' '+v.viewing.movedAt+' '+v.viewing.hasPicture+' '+v.src)"
+                ),
+            )
         last = page.evaluate("() => loads.at(-1)") / 1000
         page.wait_for_timeout(3000)
         before, begin = of_processes(seconds, marker), time.perf_counter()
@@ -144,7 +152,9 @@ def main() -> None:
             ):
                 if arguments.only not in label:
                     continue
-                elements = "\n".join(f'<{tag} src="{names[i % len(names)]}" camera-controls></{tag}>' for i in range(count))
+                elements = "\n".join(
+                    f'<{tag} src="{names[i % len(names)]}" camera-controls></{tag}>' for i in range(count)
+                )
                 (folder / "index.html").write_text(
                     PAGE.format(script=script, name=tag, width=width, height=height, elements=elements)
                 )
@@ -153,11 +163,32 @@ def main() -> None:
                         playwright.chromium, url, count, size, f"{count}-{label.replace(', ', '-').replace(' ', '-')}"
                     )
                 rows.append(
-                    (str(count), label, f"{most:.0f}", f"{alive:.0f}", f"{renderer:.0f}", f"{gpu:.0f}", f"{last:.1f}", f"{100 * idle:.1f} %")
+                    (
+                        str(count),
+                        label,
+                        f"{most:.0f}",
+                        f"{alive:.0f}",
+                        f"{renderer:.0f}",
+                        f"{gpu:.0f}",
+                        f"{last:.1f}",
+                        f"{100 * idle:.1f} %",
+                    )
                 )
                 print(rows[-1], flush=True)
     heading("Elements on one page")
-    table(("elements", "of", "most workers", "at rest", "renderer MB", "GPU process MB", "last picture s", "processor at rest"), rows)
+    table(
+        (
+            "elements",
+            "of",
+            "most workers",
+            "at rest",
+            "renderer MB",
+            "GPU process MB",
+            "last picture s",
+            "processor at rest",
+        ),
+        rows,
+    )
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ class Crew {
   #shown(holder, { batch: { height, width }, wanted }) {
     this.#pixels = Math.max(this.#pixels, height * width);
     this.#pools.shown?.grow();
-    if (holder.isMoved) this.#completers?.grow();
+    if (holder.schedule.isMoving) this.#completers?.grow();
     this.#completers?.ask(wanted);
     this.next?.prepare();
     if (!holder.hasWork) return;
