@@ -1,7 +1,7 @@
-"""Many elements on one page: <bob-view> and <model-viewer> with the same files, one after the other in one run.
+"""Many elements on one page: <bob-view> and <model-viewer> with the same files, in one run.
 
-Needs the wheel playwright and a Chromium, and npm, which fetches <model-viewer> to build/web at the first run. The files
-are read from the folder in BOBROSSNET_MODELS.
+Needs the wheel playwright and a Chromium, and npm, which fetches <model-viewer> to build/web at the first run. The
+files are read from the folder in BOBROSSNET_MODELS.
 """
 
 from __future__ import annotations
@@ -45,16 +45,17 @@ PAGE = """<!doctype html>
 """
 
 WATCH = """
-window.alive = new Set(), window.most = 0, window.loads = [];
+window.alive = new Set(), window.most = 0, window.loads = [], window.exact = 0;
 window.Worker = class extends Worker {
   constructor(...settings) { super(...settings); alive.add(this); most = Math.max(most, alive.size); }
   terminate() { super.terminate(); alive.delete(this); }
 };
-document.addEventListener("load", ({ target }) => {
-  if (/^(bob-view|model-viewer)$/.test(target.localName)) loads.push(performance.now());
-}, true);
+const views = () => [...document.querySelectorAll("bob-view, model-viewer")];
+document.addEventListener("load", ({ target }) => views().includes(target) && loads.push(performance.now()), true);
+window.converged = () => Promise.all(views().map((view) => view.converged?.())).then(() => (exact = performance.now()));
 """
 
+REST_MS = 3000
 SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_Policy": "require-corp"}
 
 
@@ -91,33 +92,23 @@ def seconds(folder: Path) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def opened(kind: Any, url: str, expected: int, size: tuple[int, int], marker: str) -> tuple[float, ...]:
-    """Return workers, MB of the renderer and of the GPU process, seconds to the last picture, and the idle share."""
-    browser = launch(kind, f"--user-agent={marker}", "--disable-background-timer-throttling")
+def measured(kind: Any, url: str, count: int, size: tuple[int, int], marker: str) -> list[str]:
+    """Return a row of the table, for a page of elements in a browser whose command line has a marker."""
+    browser = launch(kind, f"--user-agent={marker}")
     try:
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.add_init_script(WATCH)
         page.goto(url)
-        try:
-            page.wait_for_function(f"() => loads.length >= {expected}", timeout=30_000)
-        except Exception:
-            print(
-                "only",
-                page.evaluate("() => loads.length"),
-                "of",
-                expected,
-                page.evaluate(
-                    "() => [...document.querySelectorAll('bob-view')].map(v=>v.viewing.statistics.pictures+' '+v.viewing.statistics.exact+' '+v.viewing.hasWork+' '+v.viewing.isSeen+' '+v.viewing.movedAt+' '+v.viewing.hasPicture+' '+v.src)"
-                ),
-            )
-        last = page.evaluate("() => loads.at(-1)") / 1000
-        page.wait_for_timeout(3000)
+        page.wait_for_function(f"() => loads.length >= {count}", timeout=240_000)
+        page.evaluate("() => converged()")
+        last, exact, most = page.evaluate("() => [loads.at(-1), exact, most]")
+        page.wait_for_timeout(REST_MS)
         before, begin = of_processes(seconds, marker), time.perf_counter()
-        page.wait_for_timeout(3000)
+        page.wait_for_timeout(REST_MS)
         idle = (of_processes(seconds, marker) - before) / (time.perf_counter() - begin)
-        memory = (of_processes(resident, marker, "--type=renderer"), of_processes(resident, marker, "--type=gpu"))
-        page.screenshot(path=f"/tmp/el/{marker}.png")
-        return (page.evaluate("() => most"), page.evaluate("() => alive.size"), *memory, last, idle)
+        memory = [f"{of_processes(resident, marker, f'--type={kind}'):.0f}" for kind in ("renderer", "gpu")]
+        page.screenshot(path=PACKAGES / f"{marker}.png")
+        return [str(most), *memory, f"{last / 1000:.1f}", f"{exact / 1000:.1f}", f"{100 * idle:.1f} %"]
     finally:
         browser.close()
 
@@ -125,7 +116,6 @@ def opened(kind: Any, url: str, expected: int, size: tuple[int, int], marker: st
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--counts", type=int, nargs="+", default=[20, 100])
-    parser.add_argument("--only", default="")
     arguments = parser.parse_args()
     if not (PACKAGES / "node_modules/@google/model-viewer").is_dir():
         fetch_packages()
@@ -150,45 +140,26 @@ def main() -> None:
                 ("bob-view, alone", "bob-view", "bob/component/bob-view.js", {}),
                 ("model-viewer", "model-viewer", "packages/@google/model-viewer/dist/model-viewer.min.js", {}),
             ):
-                if arguments.only not in label:
-                    continue
-                elements = "\n".join(
-                    f'<{tag} src="{names[i % len(names)]}" camera-controls></{tag}>' for i in range(count)
-                )
+                elements = f'<{tag} src="{{}}" camera-controls></{tag}>'
+                text = "\n".join(elements.format(names[i % len(names)]) for i in range(count))
                 (folder / "index.html").write_text(
-                    PAGE.format(script=script, name=tag, width=width, height=height, elements=elements)
+                    PAGE.format(script=script, name=tag, width=width, height=height, elements=text)
                 )
+                marker = f"{count}-{label}".replace(",", "").replace(" ", "-")
                 with serving(folder, **headers) as url:
-                    most, alive, renderer, gpu, last, idle = opened(
-                        playwright.chromium, url, count, size, f"{count}-{label.replace(', ', '-').replace(' ', '-')}"
-                    )
-                rows.append(
-                    (
-                        str(count),
-                        label,
-                        f"{most:.0f}",
-                        f"{alive:.0f}",
-                        f"{renderer:.0f}",
-                        f"{gpu:.0f}",
-                        f"{last:.1f}",
-                        f"{100 * idle:.1f} %",
-                    )
-                )
-                print(rows[-1], flush=True)
+                    rows.append((str(count), label, *measured(playwright.chromium, url, count, size, marker)))
     heading("Elements on one page")
-    table(
-        (
-            "elements",
-            "of",
-            "most workers",
-            "at rest",
-            "renderer MB",
-            "GPU process MB",
-            "last picture s",
-            "processor at rest",
-        ),
-        rows,
+    columns = (
+        "elements",
+        "",
+        "workers",
+        "renderer MB",
+        "GPU process MB",
+        "last picture s",
+        "exact s",
+        "processor at rest",
     )
+    table(columns, rows)
 
 
 if __name__ == "__main__":

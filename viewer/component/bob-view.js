@@ -18,6 +18,7 @@
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `workers` | number of tracing threads; by default the number of processors |
+ * | `loading` | "eager" loads at once; by default once the element is seen |
  *
  * Events: `load` at the first picture of a scene; `progress` with each picture, with the fraction of traced pixels in
  * `detail.totalProgress`, 1 for an exact picture; `error`, whose `detail.message` is displayed unless the default is

@@ -100,7 +100,7 @@ class Crew {
   #shown(holder, { batch: { height, width }, wanted }) {
     this.#pixels = Math.max(this.#pixels, height * width);
     this.#pools.shown?.grow();
-    if (holder.schedule.isMoving) this.#completers?.grow();
+    if (holder.schedule.isMoving && this.#waiting.size === 0) this.#completers?.grow();
     this.#completers?.ask(wanted);
     this.next?.prepare();
     if (!holder.hasWork) return;
@@ -127,7 +127,7 @@ class Crew {
       this.#isChoosing = false;
       const first = this.next, holder = this.#holder;
       if (first && (this.#isFree || first.movedAt > (holder?.movedAt ?? -Infinity))) this.#give(first);
-      else if (!first && this.#isFree && !this.#expecting) this.#reading.end();
+      else if (!first && this.#isFree && !this.#expecting) this.#reading.finish();
       if (this.#holder) this.#holder.schedule.isShared = this.#waiting.size > 0;
       if (!this.#leaving && [holder, ...this.#kept].some((viewing) => viewing?.isSeen === false)) {
         this.#leaving = setTimeout(() => this.#giveBack(), LEAVING_MS);

@@ -6,10 +6,10 @@
  * @typedef {{name: string, source: Blob | string, beside: File[], yUp: boolean}} Source as in reader.js
  *
  * @typedef {object} ReadFile
- * @property {MessagePort} port for the first tracer, which gets the scene through it
+ * @property {MessagePort} port brings the scene to the first tracer
  * @property {Promise<Summary & {bytes: Blob}>} summary
- * @property {(ports: MessagePort[]) => Promise<number | null>} share gives the scene to the other tracers, and returns
- *   the number of all that got it, since a large one may not fit all; null if the worker has another file by now
+ * @property {(ports: MessagePort[]) => Promise<number | null>} share gives the scene to the other tracers; returns the
+ *   number of all that got it, because a large one may not fit all; null if the worker has another file
  */
 import { startWorker } from "../core/parts.js";
 
@@ -24,6 +24,7 @@ export class Reading {
   #newest;
   /** @type {((count: number | null) => void)[]} */
   #sharing = [];
+  #isLast = false; // whether the worker ends after its file
 
   /** Starts the worker, if there is none. @returns {Worker} */
   start() {
@@ -46,6 +47,7 @@ export class Reading {
    */
   read(source, module) {
     if (this.isBusy) this.end();
+    this.#isLast = false;
     const worker = this.start(), { port1, port2 } = new MessageChannel();
     /** @type {ReadFile["summary"]} */
     const summary = new Promise((resolve, reject) => {
@@ -73,7 +75,13 @@ export class Reading {
   /** @param {Extract<import("./reader.js").Reply, {kind: "shared"}>} reply */
   #shared({ tracers, memory }) {
     this.#sharing.shift()?.(tracers);
-    if (memory > LARGE && !this.isBusy) this.end();
+    if (memory > LARGE || this.#isLast) this.finish();
+  }
+
+  /** Ends the worker once it has read and shared its file. */
+  finish() {
+    this.#isLast = this.isBusy || this.#sharing.length > 0;
+    if (!this.#isLast) this.end();
   }
 
   /** Ends the worker, and gives up what it does. @param {string} [reason] */
