@@ -107,7 +107,6 @@ def measured(kind: Any, url: str, count: int, size: tuple[int, int], marker: str
         page.wait_for_timeout(REST_MS)
         idle = (of_processes(seconds, marker) - before) / (time.perf_counter() - begin)
         memory = [f"{of_processes(resident, marker, f'--type={kind}'):.0f}" for kind in ("renderer", "gpu")]
-        page.screenshot(path=PACKAGES / f"{marker}.png")
         return [str(most), *memory, f"{last / 1000:.1f}", f"{exact / 1000:.1f}", f"{100 * idle:.1f} %"]
     finally:
         browser.close()
