@@ -7,8 +7,26 @@
  * A WebAssembly instance never releases memory: workers whose memory is large are replaced before they get another
  * scene. When nobody is left whom they could work for, all end.
  *
- * @typedef {import("../component/viewing.js").Viewing} Viewing
  * @typedef {import("../picture/planner.js").Model} Model
+ *
+ * @typedef {object} Viewing A scene and its pictures, for which the crew works
+ * @property {number} id
+ * @property {number} workers number of tracing threads
+ * @property {CoreName} core supports its scenes
+ * @property {import("./schedule.js").Schedule} schedule of its pictures
+ * @property {number} movedAt when the user moved it, until its picture is exact; else -Infinity
+ * @property {boolean} isMoved whether movedAt is finite
+ * @property {boolean} isSeen
+ * @property {boolean} hasWork whether there is something to open or to trace
+ * @property {boolean} hasPicture of its scene
+ * @property {() => void} prepare reads its scene ahead
+ * @property {() => void} begin its turn begins, or goes on with something new
+ * @property {() => void} stop its turn ends
+ * @property {(traced: import("./pool.js").Traced) => void} traced
+ * @property {(picture: import("./completing.js").Picture) => boolean} owns whether a picture is of its current scene
+ * @property {(picture: import("./completing.js").Picture, repainted: boolean) => void} show
+ * @property {(buffers: import("./completing.js").Buffers | null) => void} give
+ * @property {(message: string) => void} fail
  */
 import { canLendThreads, compileCore } from "../core/compile.js";
 import { Completers } from "./completers.js";
