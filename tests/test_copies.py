@@ -63,6 +63,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "Samples": lambda: bob.Samples(gray=[0.1, 0.2], depth=[0.3, 0.4], hit=[True, False]),
     "Scene": scene,
     "SceneTracer": lambda: bob.SceneTracer(scene(), bob.Camera(), SIZE),
+    "Section": lambda: bob.Section("z>0.5"),
     "Sky": lambda: bob.Sky(image=np.ones((2, 4, 3)), turn=30),
     "TrimCurve": lambda: bob.TrimCurve([(0, 0), (1, 0), (1, 1)], (0, 0, 0.5, 1, 1)),
     "Tube": lambda: bob.polyline(SQUARE, 0.1),

@@ -114,6 +114,7 @@ class Calls:
         yield "Mesh", bob.Mesh, {"vertices": mesh.vertices, "triangles": mesh.triangles}
         yield "Samples", bob.Samples, {"gray": [0.5, 0.5]}
         yield "Scene", bob.Scene, {"shapes": mesh}
+        yield "Section", bob.Section, {"normal": (1, 0, 0), "offset": 0.5}
         yield "Sky", bob.Sky, {"top": "#fff", "bottom": "#000"}
         yield "SceneTracer", bob.SceneTracer, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}

@@ -49,6 +49,7 @@ from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
+from bobrossnet.tracing.section import Section
 from bobrossnet.tracing.trace import SceneTracer, trace
 
 __all__ = [
@@ -73,6 +74,7 @@ __all__ = [
     "Samples",
     "Scene",
     "SceneTracer",
+    "Section",
     "Shape",
     "Sky",
     "TrimCurve",

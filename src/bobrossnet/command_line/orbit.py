@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
     arguments.add_samples(orbit, 4, "with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(orbit, "#ffffff")
     arguments.add_light(orbit)
+    arguments.add_section(orbit)
     arguments.add_scheduler(orbit)
 
 

@@ -80,6 +80,7 @@ def add(commands: Any) -> None:
         "transparent, #ffffff in formats that can't be",
     )
     arguments.add_light(render)
+    arguments.add_section(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
     add_report(render)
 
@@ -140,7 +141,9 @@ def run(options: argparse.Namespace) -> None:
     scene = arguments.scene_of(options)
     scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
-        camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
+        camera = fitted(
+            scene.sectioned(None), camera, size=options.size, margin=margin_of(scene, options.light, options.ground)
+        )
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
 

@@ -25,6 +25,7 @@ from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer, check_number, each_of
 from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -49,7 +50,7 @@ class Film:
     scene : Scene, Shape, Instance or iterable of these
     cameras : iterable of Camera
         One camera for each picture.
-    size, samples, background, fraction, model, light, ground
+    size, samples, background, fraction, model, light, ground, section
         As in `render`.
     scheduler : address of a Dask scheduler, optional
         The scheduler's workers, with this package installed, render the pictures.
@@ -72,9 +73,10 @@ class Film:
         model: NetworkLike = "default",
         light: LightLike = None,
         ground: bool | None = None,
+        section: SectionLike = None,
         scheduler: str | None = None,
     ) -> None:
-        self.scene = as_scene(scene)
+        self.scene = as_scene(scene, section)
         self.cameras: Sequence[Camera] = tuple(each_of("cameras", cameras, "cameras"))
         if not self.cameras:
             raise InputError("cameras: expected at least one, got none")
@@ -167,6 +169,7 @@ def orbit(
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
+    section: SectionLike = None,
     scheduler: str | None = None,
 ) -> Film:
     """Make a film of one turn around a scene, anticlockwise seen from above.
@@ -178,7 +181,7 @@ def orbit(
         First camera, on an orbit.
     frames : int, 1..10000
         Number of pictures in the turn.
-    size, samples, background, fraction, model, light, ground
+    size, samples, background, fraction, model, light, ground, section
         As in `render`.
     scheduler
         As in `Film`.
@@ -204,7 +207,7 @@ def orbit(
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(
         scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model,
-        light=light, ground=ground, scheduler=scheduler,
+        light=light, ground=ground, section=section, scheduler=scheduler,
     )  # fmt: skip
 
 

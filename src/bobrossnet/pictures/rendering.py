@@ -22,6 +22,7 @@ from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
 
 BLACK = "#000000"
@@ -58,6 +59,7 @@ def render(
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
+    section: SectionLike = None,
     progress: Callable[[float], None] | None = None,
 ) -> Picture:
     """Render a picture with every pixel traced and edges antialiased, or with some traced and the others completed.
@@ -83,6 +85,8 @@ def render(
     ground : bool, optional
         Whether to add a plane through the lowest point of the scene, which shows only its shadows. By default as the
         scene has it, otherwise with "studio" alone.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
     progress : callable, optional
         Called from time to time with the share of first rays traced, 0..1.
 
@@ -104,7 +108,7 @@ def render(
     >>> picture.rgba.shape, picture.rgba[0, 0].tolist()
     ((120, 160, 4), [255, 255, 255, 255])
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, section)
     camera = Camera() if camera is None else camera
     check_picture(samples, background, size)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
