@@ -44,6 +44,7 @@ def part() -> bob.GBuffer:
 MAKERS: dict[str, Callable[[], Any]] = {
     "Brep": surface,
     "Camera": lambda: bob.Camera(position=(3, 0, 1), fov=50),
+    "Contours": lambda: bob.section(surface(), "x=0.5"),
     "Face": lambda: surface().faces[0],
     "Film": lambda: bob.orbit(scene(), frames=2, size=SIZE, samples=1),
     "Frame": lambda: next(iter(bob.progressive(scene(), size=SIZE, fraction=0.3))),

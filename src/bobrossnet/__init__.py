@@ -44,6 +44,7 @@ from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
+from bobrossnet.tracing.contours import Contours, section
 from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
@@ -55,6 +56,7 @@ from bobrossnet.tracing.trace import SceneTracer, trace
 __all__ = [
     "Brep",
     "Camera",
+    "Contours",
     "Face",
     "Film",
     "Frame",
@@ -97,6 +99,7 @@ __all__ = [
     "render",
     "save",
     "save_scene",
+    "section",
     "set_thread_count",
     "sheet",
     "ssim",

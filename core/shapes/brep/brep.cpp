@@ -250,9 +250,57 @@ bool Brep::prepare_inside() const {
     return solid_.get()->is_closed;
 }
 
-void Brep::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+void Brep::vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const {
+    struct Memory {
+        std::vector<Vec3> normals;
+        std::vector<std::uint8_t> inside;
+    };
+    auto& [normals, inside] = thread_memory<Memory>();
+    normals.resize(hits.size()), inside.resize(hits.size());
     const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
     bob::starts_inside(*this, *solid_.get(), sides_of, rays, hits, inside);
+    best_piece_kernels().normals(pieces_, hits, normals.data());
+    constexpr float edge_on = 1e-3f;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const Patch& patch = pieces_.patches[hits[i].primitive];
+        const bool is_doubtful = std::fabs(dot(normals[i], rays[i].direction)) < edge_on * length(rays[i].direction) ||
+                                 patch.coverage(double{hits[i].u}, double{hits[i].v}) != TrimRegion::Coverage::all;
+        votes[i] = is_doubtful ? 0 : inside[i] ? 1 : -1;
+    }
+}
+
+void Brep::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    std::vector<int> sums(rays.size());
+    vote(rays, hits, sums);
+    // Edges may gape by the tolerance, and faces extend beyond their trims. So two directions have to agree.
+    constexpr Vec3 back{}, ways[] = {back, {-0.31f, 0.83f, 0.47f}, {0.23f, -0.59f, 0.77f}, {0.41f, 0.29f, -0.86f}};
+    std::vector<Ray> tried;
+    std::vector<Hit> met;
+    std::vector<std::uint32_t> of;
+    std::vector<int> votes;
+    for (const Vec3& way : ways) {
+        tried.clear(), of.clear();
+        for (std::uint32_t i = 0; i < rays.size(); ++i) {
+            if (std::abs(sums[i]) >= 2) continue;
+            const Vec3 direction = rays[i].direction;
+            tried.push_back({rays[i].origin, &way == ways ? -direction : length(direction) * way}), of.push_back(i);
+        }
+        if (of.empty()) break;
+        met.resize(tried.size());
+        closest_hits(tried, met);
+        std::size_t count = 0;
+        for (std::size_t j = 0; j < tried.size(); ++j) {
+            if (met[j].primitive == no_primitive) {
+                --sums[of[j]];
+            } else {
+                of[count] = of[j], tried[count] = tried[j], met[count] = met[j], ++count;
+            }
+        }
+        votes.assign(count, 0);
+        vote({tried.data(), count}, {met.data(), count}, votes);
+        for (std::size_t j = 0; j < count; ++j) sums[of[j]] += votes[j];
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) inside[i] = sums[i] > 0;
 }
 
 void Brep::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {

@@ -79,6 +79,8 @@ private:
     [[nodiscard]] Solid find_solid() const;
     /// The sides of faces; the front is that of dS/du x dS/dv.
     void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const;
+    /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
+    void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;
 
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
