@@ -32,7 +32,7 @@ SAG = 2e-6
 HALVINGS = 40
 """Of a segment, at most."""
 
-BEND, KINK = 0.02, 1e-9
+BEND, KINK = 0.02, 1e-7
 """Segments are halved where a chord is farther from the curve than this share of its length, down to this length in the
 scene's radii: so kinks stay sharp."""
 
@@ -178,13 +178,29 @@ def _lattice_segments(
 
 
 def _root(field: Callable[[Values], Values], a: Values, b: Values) -> Values:
-    """Return a sign change of a field between points a and b of other signs, (n, 2)."""
-    inside = field(a) < 0
-    for _ in range(48):
-        half = (a + b) / 2
-        same = ((field(half) < 0) == inside)[:, None]
-        a, b = np.where(same, half, a), np.where(same, b, half)
-    return (a + b) / 2
+    """Return a sign change of a field between points a and b of other signs, (n, 2): the Illinois method, or bisection."""
+    start, way = a, b - a
+    low, high = np.zeros(len(a)), np.ones(len(a))
+    at_low, at_high = field(a), field(b)
+    is_low = at_low < 0
+    share, before, last = np.full(len(a), 0.5), np.full(len(a), np.inf), np.zeros(len(a), np.int8)
+    for i in range(60):
+        with np.errstate(all="ignore"):
+            secant = low + (high - low) * at_low / (at_low - at_high)
+        half = (low + high) / 2
+        share = np.where(np.isfinite(secant) & (i % 4 < 3), np.clip(secant, low, high), half)
+        value = field(start + share[:, None] * way)
+        same = (value < 0) == is_low
+        # A side that stays twice counts half.
+        at_high = np.where(same & (last == 1), at_high / 2, at_high)
+        at_low = np.where(~same & (last == -1), at_low / 2, at_low)
+        low, at_low = np.where(same, share, low), np.where(same, value, at_low)
+        high, at_high = np.where(same, high, share), np.where(same, at_high, value)
+        last = np.where(same, 1, -1).astype(np.int8)
+        if (np.minimum(np.abs(share - before), high - low) < 1e-13).all():
+            break
+        before = share
+    return start + share[:, None] * way
 
 
 def _refined(

@@ -223,7 +223,7 @@ def _svg(contours: Contours, unit: str, hatch: bool) -> str:
                 f'patternTransform="rotate({angle})"><path d="M0 0V{space:.6g}" stroke="#000" stroke-opacity=".6" '
                 f'stroke-width="{space / 5:.6g}"/></pattern>'
             )
-    for i, part in enumerate(contours.parts):
+    for i, part in sorted(enumerate(contours.parts), key=lambda numbered: -numbered[1].area):  # nested parts last
         red, green, blue = (round(255 * float(c)) for c in to_srgb(np.array(part.color, np.float32)))
         closed = "".join(_path(loop) + "Z" for loop in part.loops)
         opened = "".join(_path(line) for line in part.lines)
