@@ -113,6 +113,22 @@ def test_an_open_shape_has_lines():
     assert sorted(line[[0, -1], 0].tolist()) == [0, 2]
 
 
+def test_an_edge_opposite_to_two_shorter_ones_is_closed():
+    vertices, triangles = block()
+    vertices = np.concatenate([vertices, [(1, 0, -0.5)]])  # on an edge that one of its two faces does not divide
+    (at,) = [i for i, t in enumerate(triangles) if {0, 4} < set(t) and (vertices[list(t), 1] == 0).all()]
+    a, b, c = triangles[at]
+    cut = next(k for k, pair in enumerate(((a, b), (b, c), (c, a))) if set(pair) == {0, 4})
+    a, b, c = np.roll((a, b, c), -cut).tolist()
+    triangles[at : at + 1] = [(a, 8, c), (8, b, c)]
+    cut = bob.section(bob.Mesh(vertices, triangles), bob.Section((0, 0, 1), -0.5 + 1e-7))
+    assert cut.parts[0].is_closed
+    assert cut.area == pytest.approx(2, rel=1e-6)
+    across = bob.section(bob.Mesh(vertices, triangles), bob.Section((1, 0, 0), 0.7))
+    assert across.parts[0].is_closed
+    assert across.area == pytest.approx(1)
+
+
 def test_a_plane_that_misses_has_no_contours(tmp_path):
     cut = bob.section(sphere(1), "x=5")
     assert cut.parts == ()

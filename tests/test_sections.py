@@ -74,7 +74,7 @@ def test_texts_that_mean_nothing(section):
             "section: expected a Section, a text such as 'x=0' or several, got int 3",
         ),
         (lambda: bob.trace(box(1), section=[3]), "section: expected a Section or a text such as 'x=0', got int 3"),
-        (lambda: bob.View(tracer=lambda camera, pixels: None, section="x=0"), "section: expected none beside a tracer"),
+        (lambda: bob.View(tracer=lambda camera, pixels: None, section="x=0"), "section: expected none with a tracer"),
     ],
 )
 def test_sections_out_of_range(make, message):

@@ -39,6 +39,9 @@ scene's radii: so kinks stay sharp."""
 STRAIGHT = 1e-11
 """Points this close to the line between their neighbours, in the scene's radii, are left out."""
 
+TOUCHING = 1e-9
+"""Ends of curves of a mesh that are this close are joined, in the scene's radii."""
+
 IN_PLANE = 1e-9
 """By how much cuts of breps are moved to the kept side, in the scene's radii, so that no face lies in the plane."""
 
@@ -90,7 +93,9 @@ def cut_mesh(mesh: Mesh, transform: Matrix, plane: Plane) -> list[Curve]:
     low, high, segments = crossed(triangles, distance >= 0)
     share = (distance[low] / (distance[low] - distance[high]))[:, None]
     crossings = plane.seen(points[low] + share * (points[high] - points[low]))
-    return [_simplified(straight(crossings[chain.ends], chain.is_closed), plane.size) for chain in chained(segments)]
+    curves = [straight(crossings[chain.ends], chain.is_closed) for chain in chained(segments)]
+    curves = _joined(curves, TOUCHING * plane.size)  # an edge may be opposite to several shorter ones
+    return [_simplified(curve, plane.size) for curve in curves]
 
 
 def crossed(triangles: Numbers, is_beyond: NDArray[np.bool_]) -> tuple[Numbers, Numbers, Numbers]:
@@ -178,7 +183,7 @@ def _lattice_segments(
 
 
 def _root(field: Callable[[Values], Values], a: Values, b: Values) -> Values:
-    """Return a sign change of a field between points a and b of other signs, (n, 2): the Illinois method, or bisection."""
+    """Return a sign change of a field between points a and b of other signs, (n, 2), by the Illinois method."""
     start, way = a, b - a
     low, high = np.zeros(len(a)), np.ones(len(a))
     at_low, at_high = field(a), field(b)
@@ -372,7 +377,6 @@ def _joined(curves: list[Curve], distance: float) -> list[Curve]:
     other = np.full(len(ends), -1)
     for i in np.argsort(gaps[first, second], kind="stable"):
         a, b = first[i], second[i]
-        # A short curve does not close on itself while there is another end near.
         if other[a] < 0 and other[b] < 0:
             other[a], other[b] = b, a
     for a, b in enumerate(other.tolist()):
