@@ -58,9 +58,9 @@ from bobrossnet.tracing.trace import SceneTracer, trace
 __all__ = [
     "Brep",
     "Camera",
+    "Contours",
     "Drawing",
     "Edges",
-    "Contours",
     "Face",
     "Film",
     "Frame",
