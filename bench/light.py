@@ -21,7 +21,7 @@ from bobrossnet.color import luminance
 from bobrossnet.completion.guided import complete_guided, smoothed
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import Size
-from bobrossnet.pictures.rendering import picture_of
+from bobrossnet.pictures.background import picture_of
 from bobrossnet.tracing.light import LightLike, studio
 from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.trace import traced_light

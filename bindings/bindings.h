@@ -52,6 +52,7 @@ void check_pixels(const Pixels& pixels, int height, int width);
 void check_width(const bob::Layout& layout, std::size_t count, const Samples& samples);
 
 void bind_completion(nb::module_& m);
+void bind_drawing(nb::module_& m);
 void bind_files(nb::module_& m);
 void bind_formula(nb::module_& m);
 void bind_language(nb::module_& m);

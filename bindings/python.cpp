@@ -36,6 +36,7 @@ NB_MODULE(_core, m) {
     bind_files(m);
     bind_shapes(m);
     bind_scene(m);
+    bind_drawing(m);
     bind_light(m);
     bind_completion(m);
 

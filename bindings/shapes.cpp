@@ -190,8 +190,9 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
 }
 
 /// Sequences of faces, their loops and the loops' curves, as in `_core.pyi`; control points end with their weights.
-/// `colors`: linear RGB of the faces.
-void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors) {
+/// `colors`: linear RGB of the faces. `numbers`: equal for pieces of one face.
+void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors,
+               const std::optional<Array<const std::int32_t, -1>>& numbers) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     std::vector<bob::Face> converted;
@@ -212,6 +213,8 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, con
     }
     expect(!colors || colors->shape(0) == converted.size(), "colors: expected one for each face");
     for (std::size_t i = 0; colors && i < converted.size(); ++i) converted[i].color = items<bob::Vec3>(*colors)[i];
+    expect(!numbers || numbers->shape(0) == converted.size(), "numbers: expected one for each face");
+    for (std::size_t i = 0; numbers && i < converted.size(); ++i) converted[i].number = static_cast<std::uint32_t>(numbers->data()[i]);
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
@@ -268,7 +271,8 @@ void bind_shapes(nb::module_& m) {
     m.def("vm_solid", &vm_solid, "formula"_a);
 
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
-        .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none())
+        .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none(),
+             "numbers"_a.noconvert().none() = nb::none())
         .def_prop_ro("is_coarse", [](const bob::Brep& s) { return s.pieces().is_coarse; })
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });

@@ -218,8 +218,8 @@ def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
     [
         (
             b'"version":"1"',
-            b'"version":"6"',
-            "expected version 1, 2, 3, 4 or 5, got '6'; was it written by a newer release?",
+            b'"version":"7"',
+            "expected version 1, 2, 3, 4, 5 or 6, got '7'; was it written by a newer release?",
         ),
         (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
         (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),

@@ -44,6 +44,9 @@ def part() -> bob.GBuffer:
 MAKERS: dict[str, Callable[[], Any]] = {
     "Brep": surface,
     "Camera": lambda: bob.Camera(position=(3, 0, 1), fov=50),
+    "Drawing": lambda: bob.draw(scene(), size=SIZE),
+    "Edges": lambda: bob.Edges(2, "#c33", hidden=True),
+    "Contours": lambda: bob.section(surface(), "x=0.5"),
     "Face": lambda: surface().faces[0],
     "Film": lambda: bob.orbit(scene(), frames=2, size=SIZE, samples=1),
     "Frame": lambda: next(iter(bob.progressive(scene(), size=SIZE, fraction=0.3))),
@@ -63,6 +66,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "Samples": lambda: bob.Samples(gray=[0.1, 0.2], depth=[0.3, 0.4], hit=[True, False]),
     "Scene": scene,
     "SceneTracer": lambda: bob.SceneTracer(scene(), bob.Camera(), SIZE),
+    "Section": lambda: bob.Section("z>0.5"),
     "Sky": lambda: bob.Sky(image=np.ones((2, 4, 3)), turn=30),
     "TrimCurve": lambda: bob.TrimCurve([(0, 0), (1, 0), (1, 1)], (0, 0, 0.5, 1, 1)),
     "Tube": lambda: bob.polyline(SQUARE, 0.1),
@@ -73,6 +77,7 @@ STAY = {"View"}
 
 PIXELS = np.argwhere(np.ones(SIZE)).astype(np.int32)
 USED: dict[str, Callable[[Any], Any]] = {
+    "Drawing": lambda drawing: (drawing.visible, drawing.hidden, drawing.svg(), drawing.coverage()),
     "Film": lambda film: [picture.rgba for picture in film],
     "Frame": lambda frame: (
         frame.image,

@@ -50,6 +50,8 @@ SLOW = {"workers", "scheduler"}
 
 LEFT_OUT = {
     "Brep": "an argument of nurbs_surface, which makes one",
+    "Drawing": "made by draw",
+    "Contours": "made by section",
     "Face": "made by a Brep",
     "Frame": "made by progressive and View",
     "Hits": "made by closest_hits",
@@ -90,6 +92,7 @@ class Calls:
             bob.Camera,
             {"azimuth": 0, "elevation": 0, "roll": 0, "zoom": 1, "fov": 0, "pan": (0, 0)},
         )
+        yield "Edges", bob.Edges, {"width": 2, "color": "#000", "hidden": True}
         yield "Film", bob.Film, {"scene": scene, "cameras": [camera], "size": (8, 8)}
         yield (
             "GBuffer",
@@ -114,6 +117,8 @@ class Calls:
         yield "Mesh", bob.Mesh, {"vertices": mesh.vertices, "triangles": mesh.triangles}
         yield "Samples", bob.Samples, {"gray": [0.5, 0.5]}
         yield "Scene", bob.Scene, {"shapes": mesh}
+        yield "Section", bob.Section, {"normal": (1, 0, 0), "offset": 0.5}
+        yield "section", bob.section, {"scene": mesh, "section": "z=0"}
         yield "Sky", bob.Sky, {"top": "#fff", "bottom": "#000"}
         yield "SceneTracer", bob.SceneTracer, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}
@@ -121,6 +126,8 @@ class Calls:
         yield "View", bob.View, {"scene": scene, "size": (8, 8)}
         yield "save", bob.save, {"image": gray, "path": self.folder / "gray.png"}
         yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
+        yield "draw", bob.draw, {"scene": scene, "camera": camera, "size": (8, 8)}
+        yield "Drawing.save", bob.draw(mesh, size=(8, 8)).save, {"path": self.folder / "a.svg"}
         yield (
             "views",
             bob.views,

@@ -23,6 +23,7 @@ CORE = {
     "reprojection": {"base", "picture"},
     "tracing": {"base", "picture", "sampling", "shapes"},
     "light": {"base", "picture", "shapes", "tracing"},
+    "drawing": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
     "frame": {"picture"},
 }

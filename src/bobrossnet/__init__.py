@@ -29,6 +29,7 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
 from bobrossnet.picture.samples import Samples
+from bobrossnet.pictures.drawing import Drawing, Edges, draw
 from bobrossnet.pictures.filming import Film, orbit
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
@@ -45,16 +46,21 @@ from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
+from bobrossnet.tracing.contours import Contours, section
 from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
+from bobrossnet.tracing.section import Section
 from bobrossnet.tracing.trace import SceneTracer, trace
 
 __all__ = [
     "Brep",
     "Camera",
+    "Contours",
+    "Drawing",
+    "Edges",
     "Face",
     "Film",
     "Frame",
@@ -74,12 +80,14 @@ __all__ = [
     "Samples",
     "Scene",
     "SceneTracer",
+    "Section",
     "Shape",
     "Sky",
     "TrimCurve",
     "Tube",
     "View",
     "complete",
+    "draw",
     "export",
     "fitted",
     "happy_tree",
@@ -96,6 +104,7 @@ __all__ = [
     "render",
     "save",
     "save_scene",
+    "section",
     "set_thread_count",
     "sheet",
     "ssim",

@@ -110,7 +110,9 @@ Surface = tuple[F64, F64, F64, Sequence[Sequence[Curve]]]
 class Brep(Shape):
     """ValueError if the trims leave nothing."""
 
-    def __init__(self, faces: Sequence[Surface], tolerance: float, colors: F32 | None = None) -> None: ...
+    def __init__(
+        self, faces: Sequence[Surface], tolerance: float, colors: F32 | None = None, numbers: I32 | None = None
+    ) -> None: ...
     @property
     def is_coarse(self) -> bool: ...
     @property
@@ -272,11 +274,30 @@ class LightHistory:
     def write(self, guides: F32, ground: F32 | None, planes: F32) -> None:
         """Writes all samples to planes (C, H, W) of zeros."""
 
+CREASE_OF_EDGES: float
+
+def visible_edges(scene: Scene, camera: Camera, height: int, width: int, smooth: bool) -> tuple[F32, NDArray[np.int64]]:
+    """Curves: their points (n, 2), rows and columns, and each one's end among them."""
+
+def joined(points: F32, segments: NDArray[np.uint32], tolerance: float) -> tuple[F32, NDArray[np.int64]]:
+    """The curves of segments (m, 2) between points (n, 2)."""
+
+def dashed(points: F32, ends: NDArray[np.int64], dash: float, gap: float) -> tuple[F32, NDArray[np.int64]]: ...
+def draw_strokes(points: F32, ends: NDArray[np.int64], width: float, coverage: F32) -> None:
+    """Raises `coverage` (H, W) to that of strokes."""
+
 def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
     """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10)."""
 
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
+
+    def sectioned(self, planes: F64) -> Scene:
+        """The same scene, cut by planes (n, 4): normals of length 1, and offsets, in the unit sphere."""
+
+    @property
+    def open_instances(self) -> list[int]:
+        """Those that a section shows without caps."""
 
     @property
     def to_shapes(self) -> F64:

@@ -20,7 +20,7 @@ import { Pictures } from "./surface.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -49,7 +49,7 @@ const KINDS = {
   brep: {
     faces: ["I32", null, 5], control_points: ["F64", null, 4], knots: ["F64", null], loops: ["I32", null],
     trims: ["I32", null, 2], trim_control_points: ["F64", null, 3], trim_knots: ["F64", null], "tolerance?": ["F64", 1],
-    "face_colors?": ["F32", null, 3],
+    "face_colors?": ["F32", null, 3], "face_numbers?": ["I32", null],
   },
   tube: { control_points: ["F64", null, 3], knots: ["F64", null], radii: ["F64", null], "weights?": ["F64", null] },
 };

@@ -5,7 +5,8 @@
  *
  * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims:
  *   Int32Array,
- *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array, face_colors?: Float32Array}} BrepTensors
+ *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array, face_colors?: Float32Array,
+ *            face_numbers?: Int32Array}} BrepTensors
  * @typedef {{control_points: Float64Array, knots: Float64Array, radii: Float64Array, weights?: Float64Array}}
  *   TubeTensors
  */
@@ -50,7 +51,7 @@ export function tubeShape(core, tensors) {
 
 /** Throws a CoreError unless the tensors form a brep. @param {BrepTensors} tensors */
 export function checkBrep(tensors) {
-  const { faces, loops, trims, tolerance, face_colors } = tensors;
+  const { faces, loops, trims, tolerance, face_colors, face_numbers } = tensors;
   const takeLoops = pieces("loops", loops), takeTrims = pieces("trims", trims, 2);
   const takeKnots = pieces("knots", tensors.knots), takePoints = pieces("control_points", tensors.control_points, 4);
   const takeTrimKnots = pieces("trim_knots", tensors.trim_knots);
@@ -85,6 +86,10 @@ export function checkBrep(tensors) {
   if (face_colors && 5 * face_colors.length !== 3 * faces.length) {
     throw new CoreError(`face_colors: expected one for each of ${faces.length / 5} faces, got ${face_colors.length / 3}`);
   }
+  if (face_numbers && 5 * face_numbers.length !== faces.length) {
+    throw new CoreError(`face_numbers: expected one for each of ${faces.length / 5} faces, got ${face_numbers.length}`);
+  }
+  if (face_numbers?.some((number) => number < 0)) throw new CoreError("face_numbers: expected integers of at least 0");
   if (face_colors?.some((value) => !(value >= 0 && value <= 1))) throw new CoreError("face_colors: expected numbers in 0..1");
 }
 

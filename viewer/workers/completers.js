@@ -36,6 +36,7 @@ export class Completers {
   #start() {
     const worker = startWorker("completing");
     worker.onmessage = ({ data }) => this.#told(data);
+    worker.onerror = ({ message }) => this.#fail(new Error(message));
     this.#workers.push(worker);
     this.#bringNetworks(worker).catch((error) => this.#fail(error));
     return worker;

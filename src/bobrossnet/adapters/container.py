@@ -34,7 +34,7 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2", "3", "4", "5")
+VERSIONS = ("1", "2", "3", "4", "5", "6")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
 meshes, the fifth textures that meshes share. Scenes are written in the first that has what they need."""
 
@@ -126,6 +126,7 @@ def packed(scene: SceneLike) -> bytes:
         "3": _any(tensors, "mesh_sizes"),
         "4": _any(tensors, ".alpha_cutoff"),
         "5": _any(tensors, f".{SHARED}"),
+        "6": _any(tensors, ".face_numbers"),
     }
     data = layout(content, tensors, max(version for version in VERSIONS if needs[version]))
     _check_header(data, "scene: ")

@@ -182,6 +182,7 @@ class _Walk:
         """Convert the faces of a solid, of a shell, or single ones."""
         converted: list[FaceData] = []
         of_faces: list[Color | None] = []
+        numbers: list[int] = []
         of_triangles: list[Triangles] = []
         tolerance = RELATIVE_TOLERANCE * size
         gap = 5 * tolerance  # what is approximated may lie somewhat farther off
@@ -208,7 +209,8 @@ class _Walk:
                 else:
                     converted += faces
                     of_faces += [color] * len(faces)
-        return Body(converted, of_faces, of_triangles, gap)
+                    numbers += [self.total] * len(faces)
+        return Body(converted, of_faces, numbers, of_triangles, gap)
 
 
 def _children(label: Any) -> Iterator[Any]:

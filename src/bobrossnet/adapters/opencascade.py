@@ -57,6 +57,7 @@ class Body(NamedTuple):
 
     faces: list[FaceData]
     colors: list[Color | None]  # of the faces; None: the color of the instance
+    numbers: list[int]  # of the faces; equal for pieces of one
     triangles: list[Triangles]
     tolerance: float  # how far apart the edges of neighbouring faces may be
 
@@ -161,16 +162,19 @@ class _Solid:
         self.tolerance = body.tolerance
         self.faces: list[Face] = []
         self.colors: list[Color | None] = []
+        numbers: list[int] = []
         self.plain: Brep | None = None
         self.painted: dict[Color | None, Brep] = {}  # by the colour of faces without one
         self.meshes: list[tuple[Mesh, Color | None]] = []
-        for data, color in zip(body.faces, body.colors, strict=True):
+        for data, color, number in zip(body.faces, body.colors, body.numbers, strict=True):
             try:
                 self.faces.append(_face(data))
             except InputError as error:
                 dropped.append(str(error))
             else:
                 self.colors.append(color)
+                numbers.append(number)
+        self.numbers = np.unique(numbers, return_inverse=True)[1] if len({*numbers}) < len(numbers) else None
         parts: dict[Color | None, list[Part]] = {}
         for vertices, triangles, normals, color in body.triangles:
             parts.setdefault(color, []).append(Part(vertices, triangles, normals))
@@ -190,12 +194,12 @@ class _Solid:
         colors = {color or place.color for color in self.colors}
         if len(colors) == 1:
             (color,) = colors
-            self.plain = self.plain or Brep(self.faces, self.tolerance)
+            self.plain = self.plain or Brep(self.faces, self.tolerance, self.numbers)
             return Instance(self.plain, place.matrix, _material(color), name)
         if place.color not in self.painted:
             faces = zip(self.faces, self.colors, strict=True)
             painted = [_painted(face, color or place.color) for face, color in faces]
-            self.painted[place.color] = Brep(painted, self.tolerance)
+            self.painted[place.color] = Brep(painted, self.tolerance, self.numbers)
         return Instance(self.painted[place.color], place.matrix, None, name)
 
 

@@ -13,8 +13,10 @@ from collections.abc import Sequence
 
 from bobrossnet.adapters.files import ALL_ENDINGS, KINDS
 from bobrossnet.picture.camera import Camera
-from bobrossnet.pictures.rendering import BLACK
+from bobrossnet.pictures.background import BLACK
+from bobrossnet.pictures.drawing import Edges
 from bobrossnet.tracing.scene import Scene
+from bobrossnet.tracing.section import Section
 
 FILES = "; ".join(
     [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
@@ -28,12 +30,13 @@ def add_files(parser: argparse.ArgumentParser) -> None:
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """Return the scene of the given files, with the requested up axis."""
+    """Return the scene of the given files, with the requested up axis and sections."""
     import bobrossnet as bob
 
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
-        return bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+        scene = bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    return scene.sectioned(getattr(options, "section", None))
 
 
 def _of_standard_input(ending: str | None, folder: str) -> str:
@@ -129,6 +132,49 @@ def add_light(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="shadows on a plane below the shapes (default: in the studio)",
     )
+
+
+def add_edges(parser: argparse.ArgumentParser) -> None:
+    """Add --edges and the look of its lines; `edges` reads them."""
+    parser.add_argument(
+        "--edges", action="store_true", help="draw lines at borders of NURBS faces, at creases and silhouettes"
+    )
+    parser.add_argument(
+        "--hidden", action="store_true", help="also draw hidden borders and creases, thin and dashed; implies --edges"
+    )
+    parser.add_argument("--line-width", type=positive, metavar="PIXELS", help="of edges, at any zoom (default: 1.5)")
+    parser.add_argument("--line-color", metavar="COLOR", help="of edges (default: #000000)")
+
+
+def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
+    """Return the lines that `add_edges` asks for, or None; `wanted` asks for them as well."""
+    given = {"width": options.line_width, "color": options.line_color}
+    look = {name: value for name, value in given.items() if value is not None}
+    if not (wanted or options.edges or options.hidden or look):
+        return None
+    return Edges(**look, hidden=options.hidden)
+
+
+def add_section(parser: argparse.ArgumentParser) -> None:
+    """Add --section, planes that cut the shapes open."""
+    parser.add_argument(
+        "--section",
+        action="append",
+        type=section,
+        metavar="PLANE",
+        help="cut the shapes open: x=0 and x<0 keep what is below x = 0, so that the camera sees the cut, and x>0 what "
+        "is above; in the shapes' units, up to six times",
+    )
+
+
+def section(text: str) -> Section:
+    """Parse a section such as x=0."""
+    from bobrossnet.support.errors import InputError
+
+    try:
+        return Section(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("section: ")) from None
 
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:

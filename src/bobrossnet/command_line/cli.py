@@ -32,7 +32,7 @@ from bobrossnet.command_line.arguments import (
     scene_of,
     with_lists_joined,
 )
-from bobrossnet.pictures.rendering import BLACK
+from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory

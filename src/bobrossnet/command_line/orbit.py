@@ -32,6 +32,8 @@ def add(commands: Any) -> None:
     arguments.add_samples(orbit, 4, "with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(orbit, "#ffffff")
     arguments.add_light(orbit)
+    arguments.add_edges(orbit)
+    arguments.add_section(orbit)
     arguments.add_scheduler(orbit)
 
 
@@ -57,6 +59,7 @@ def run(options: argparse.Namespace) -> None:
         model=options.model,
         light=options.light,
         ground=options.ground,
+        edges=arguments.edges(options) or False,
         scheduler=options.scheduler,
     )
     start = time.perf_counter()

@@ -11,9 +11,11 @@ from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.pictures.drawing import SVG
 
 if TYPE_CHECKING:
     import bobrossnet as bob
+    from bobrossnet.pictures.background import Background
 
 FRACTION = 0.1
 """Default share of pixels for the built-in scene, and for panels with a reference."""
@@ -66,7 +68,11 @@ def add(commands: Any) -> None:
     arguments.add_up(render)
     arguments.add_model(render)
     render.add_argument(
-        "-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png; - writes a PNG to standard output"
+        "-o",
+        "--out",
+        default="out.png",
+        metavar="PICTURE",
+        help="default: out.png; with --style lines also .svg; - writes a PNG to standard output",
     )
     arguments.add_samples(
         render,
@@ -80,6 +86,14 @@ def add(commands: Any) -> None:
         "transparent, #ffffff in formats that can't be",
     )
     arguments.add_light(render)
+    render.add_argument(
+        "--style",
+        choices=("shaded", "lines"),
+        default="shaded",
+        help="lines: the edges alone, on white, as a picture or as .svg (default: shaded)",
+    )
+    arguments.add_edges(render)
+    arguments.add_section(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
     add_report(render)
 
@@ -87,9 +101,13 @@ def add(commands: Any) -> None:
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
     """Choose the defaults that depend on other options."""
     from bobrossnet.picture.files import is_opaque
+    from bobrossnet.support.errors import InputError
 
     is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
     is_seen = not options.panels and not is_exr
+    is_lines = options.style == "lines"
+    if is_lines and (options.fraction is not None or options.error is not None or options.panels or is_exr):
+        raise InputError("--style lines: expected no --fraction, --error, --panels or .exr, since all lines are exact")
     if options.fraction is None:
         options.fraction = 1.0 if is_whole else FRACTION
     if options.samples is None:
@@ -98,7 +116,9 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
         home = Camera()
         placed = any(getattr(options, name) != getattr(home, name) for name in ("zoom", "pan", "position"))
         options.fit = "silhouette" if is_whole and not placed else "sphere"
-    if options.background is None and is_seen:
+    if options.background is None and is_lines:
+        options.background = "transparent" if Path(options.out).suffix.lower() == SVG else "#ffffff"
+    elif options.background is None and is_seen:
         options.background = "#ffffff" if is_opaque(options.out) else "transparent"
 
 
@@ -123,9 +143,17 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     told = Report(options)
-    out = Path(".png") if told.to_stdout else check_writable(options.out, "a picture", (*FORMATS, ENDING))
+    is_lines = options.style == "lines"
+    out = (
+        Path(".png")
+        if told.to_stdout
+        else check_writable(options.out, "a picture", (*FORMATS, SVG if is_lines else ENDING))
+    )
     is_exr = out.suffix.lower() == ENDING
     _settle(options, is_exr)
+    lines = arguments.edges(options, wanted=is_lines)
+    if lines is not None and (is_exr or options.panels):
+        raise bob.InputError("--edges: expected no --panels or .exr, which hold what the network and the tracer see")
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
             f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
@@ -140,9 +168,14 @@ def run(options: argparse.Namespace) -> None:
     scene = arguments.scene_of(options)
     scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
-        camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
+        camera = fitted(
+            scene.sectioned(None), camera, size=options.size, margin=margin_of(scene, options.light, options.ground)
+        )
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
+    if is_lines:
+        _draw_lines(options, told, scene, camera, lines, background)
+        return
 
     view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
     view |= {"light": options.light, "ground": options.ground}
@@ -190,7 +223,15 @@ def run(options: argparse.Namespace) -> None:
         )
     elif not is_exr:
         start = time.perf_counter()
-        picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
+        picture = finished(
+            part,
+            scene,
+            camera,
+            samples=options.samples,
+            background=background,
+            model=model,
+            drawing=None if lines is None else bob.draw(scene, camera, size=options.size, edges=lines),
+        ).rgba
         picture = picture if background is None else picture[..., :3]  # opaque
         if exact and options.samples > 1 and part.guides is None:
             told.line(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
@@ -208,10 +249,49 @@ def run(options: argparse.Namespace) -> None:
         "rays": rays,
         "unresolved_rays": scene.unresolved_rays,
         "expected_error": None if options.error is None else frame.error,
-        "camera": {
-            name: getattr(camera, name)
-            for name in ("azimuth", "elevation", "roll", "zoom", "fov", "pan", "position", "target")
-        },
+        "camera": told_camera(camera),
         "milliseconds": {"load": ready_ms, "trace": trace_ms, "complete": 0 if exact else complete_ms},
     }
     told.end()
+
+
+def _draw_lines(
+    options: argparse.Namespace,
+    told: Report,
+    scene: bob.Scene,
+    camera: Camera,
+    lines: bob.Edges | None,
+    background: Background,
+) -> None:
+    """Write a line drawing, and print its numbers."""
+    import bobrossnet as bob
+    from bobrossnet.support.atomic import write_whole
+
+    start = time.perf_counter()
+    drawing = bob.draw(scene, camera, size=options.size, edges=lines)
+    milliseconds = 1000 * (time.perf_counter() - start)
+    counts = {"visible": len(drawing.visible), "hidden": len(drawing.hidden)}
+    told.line(f"scene      {scene.describe()}")
+    told.line(f"drawn      {counts['visible']:,} visible curves, {counts['hidden']:,} hidden in {milliseconds:.1f} ms")
+    if Path(options.out).suffix.lower() == SVG:
+        write_whole(options.out, drawing.svg(background).encode())
+        name = options.out
+    else:
+        rgba = drawing.picture(background).rgba
+        name = told.write(rgba if background is None else rgba[..., :3])
+    told.line(f"wrote      {name}")
+    told.fields |= {
+        "picture": options.out,
+        "size": list(options.size[::-1]),
+        "scene": plural(scene.counts()),
+        "curves": counts,
+        "camera": told_camera(camera),
+        "milliseconds": {"draw": milliseconds},
+    }
+    told.end()
+
+
+def told_camera(camera: Camera) -> dict[str, Any]:
+    """Return what programs read of a camera."""
+    names = ("azimuth", "elevation", "roll", "zoom", "fov", "pan", "position", "target")
+    return {name: getattr(camera, name) for name in names}

@@ -25,8 +25,8 @@ from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
+from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.pictures.rendering import Background, picture_of
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 AHEAD = (32, 128, 1024)

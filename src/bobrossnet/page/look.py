@@ -7,7 +7,7 @@ from html import escape
 
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
-from bobrossnet.pictures.rendering import BLACK, Background, background_rows
+from bobrossnet.pictures.background import BLACK, Background, background_rows
 
 
 def attributes(fov: float, background: Background) -> dict[str, str]:

@@ -11,8 +11,9 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.fitting import fitted, margin_of
-from bobrossnet.pictures.rendering import Background, render
+from bobrossnet.pictures.rendering import render
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance

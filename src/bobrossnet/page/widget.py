@@ -14,8 +14,9 @@ from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
 from bobrossnet.page.look import css
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import Size
+from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.pictures.rendering import Background, render
+from bobrossnet.pictures.rendering import render
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import Scene

@@ -120,7 +120,7 @@ def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tup
     for _ in range(STEPS if camera.fov else 1):
         places = camera.core(scene.center, scene.radius).seen(rows, columns, points)[:, :2]
         (top, left), (bottom, right) = np.nanmin(places, axis=0), np.nanmax(places, axis=0) + 1
-        pixel = _pixel(camera, rows, columns)
+        pixel = pixel_at_center(camera, rows, columns)
         pan = (
             camera.pan[0] + float((left + right) / 2 - columns / 2) * pixel,
             camera.pan[1] - float((top + bottom) / 2 - rows / 2) * pixel,
@@ -131,7 +131,7 @@ def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tup
     return camera
 
 
-def _pixel(camera: Camera, rows: int, columns: int) -> float:
+def pixel_at_center(camera: Camera, rows: int, columns: int) -> float:
     """Return a pixel's side at the bounding sphere's centre, in radii (core/picture/camera.h)."""
     shorter = min(rows, columns)
     if not camera.fov:

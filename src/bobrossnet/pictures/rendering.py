@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import isqrt
-from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
@@ -17,17 +15,15 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
+from bobrossnet.pictures.background import Background, background_rows, picture_of
+from bobrossnet.pictures.drawing import Drawing, EdgesLike, check_edges, drawing_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
-
-BLACK = "#000000"
-"""Default background of the page and of sparse pictures."""
-
-Background: TypeAlias = Color | Sequence[Color] | None
 
 SEEN = Layout("mask,color,alpha")
 """Channels that antialiasing averages."""
@@ -39,6 +35,9 @@ PATHS_OF_SAMPLE = 4
 
 MOST_ACROSS = 2**31 - 1
 """Maximum number of rays in a row or a column of the picture: the core counts them in int32."""
+
+COVERED = 0.75
+"""Coverage by lines from which a pixel's edge needs no smoothing: what shows of it is too little."""
 
 EDGE = 1 / 32
 """Threshold of edges, in the square root of linear light, which is close to sRGB, or in coverage, 0..1.
@@ -58,6 +57,8 @@ def render(
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
+    edges: EdgesLike = False,
+    section: SectionLike = None,
     progress: Callable[[float], None] | None = None,
 ) -> Picture:
     """Render a picture with every pixel traced and edges antialiased, or with some traced and the others completed.
@@ -83,6 +84,10 @@ def render(
     ground : bool, optional
         Whether to add a plane through the lowest point of the scene, which shows only its shadows. By default as the
         scene has it, otherwise with "studio" alone.
+    edges : bool or Edges
+        Whether to draw lines at edges, as in `draw`, and which.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
     progress : callable, optional
         Called from time to time with the share of first rays traced, 0..1.
 
@@ -104,15 +109,17 @@ def render(
     >>> picture.rgba.shape, picture.rgba[0, 0].tolist()
     ((120, 160, 4), [255, 255, 255, 255])
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, section)
     camera = Camera() if camera is None else camera
     check_picture(samples, background, size)
+    lines = check_edges(edges)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
     if lit is not None:
         gbuffer = traced_light(lit, fraction, DEFAULT_ORDER, 0, progress)
     else:
         gbuffer = trace(scene, camera, size=size, fraction=fraction, light=HEADLIGHT, progress=progress)
-    return finished(gbuffer, scene, camera, samples=samples, background=background, model=model)
+    drawing = None if lines is None else drawing_of(scene, camera, gbuffer.mask.shape, lines)
+    return finished(gbuffer, scene, camera, samples=samples, background=background, model=model, drawing=drawing)
 
 
 def check_picture(samples: int, background: Background, size: SizeLike) -> None:
@@ -127,39 +134,47 @@ def check_picture(samples: int, background: Background, size: SizeLike) -> None:
 
 
 def finished(
-    gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
+    gbuffer: GBuffer,
+    scene: Scene,
+    camera: Camera,
+    *,
+    samples: int,
+    background: Background,
+    model: NetworkLike,
+    drawing: Drawing | None = None,
 ) -> Picture:
-    """Make the picture of a traced G-buffer; the arguments are those of `render`."""
+    """Make the picture of a traced G-buffer, with a drawing over it; the other arguments are those of `render`."""
     model = GUIDED if "shadow" in gbuffer.layout.places else model
     color = complete(gbuffer, model, channel="color")
+    lines = None if drawing is None else drawing.coverage()
     if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
-        return picture_of(*smoothed(gbuffer, color), background)
-    alpha = complete(gbuffer, model, channel="alpha")
-    if gbuffer.mask.all() and samples >= 4 and gbuffer.guides is None:
-        _smooth_edges(scene, camera, color, alpha, isqrt(samples))
-    return picture_of(color, alpha, background)
-
-
-def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], background: Background = None) -> Picture:
-    """Composite linear light, (H, W, 3), with coverage, (H, W), over a background.
-
-    Every picture, traced or completed, passes through here, so that all look the same.
-    """
-    behind = background_rows(background, len(alpha))
-    if behind is None:
-        return Picture(color, alpha)
-    return Picture(color + (1 - alpha[..., None]) * behind, np.ones_like(alpha))
+        color, alpha = smoothed(gbuffer, color)
+    else:
+        alpha = complete(gbuffer, model, channel="alpha")
+        if gbuffer.mask.all() and samples >= 4 and gbuffer.guides is None:
+            _smooth_edges(scene, camera, color, alpha, isqrt(samples), lines)
+    picture = picture_of(color, alpha, background)
+    return picture if drawing is None else drawing.over(picture, lines)
 
 
 def _smooth_edges(
-    scene: Scene, camera: Camera, color: NDArray[np.float32], alpha: NDArray[np.float32], side: int
+    scene: Scene,
+    camera: Camera,
+    color: NDArray[np.float32],
+    alpha: NDArray[np.float32],
+    side: int,
+    lines: NDArray[np.float32] | None,
 ) -> None:
     """Replace pixels at edges by the mean of side x side rays. Where 2 x 2 rays agree, their mean suffices.
+
+    Pixels that lines cover, given by their coverage, stay as they are.
 
     The subpixels of a pixel are the pixels of a picture enlarged by the same factor.
     """
     height, width = alpha.shape
     pixels = _at_edges(color, alpha)
+    if lines is not None:
+        pixels = pixels[lines[tuple(pixels.T)] < COVERED]
     for times in (2, side) if side > 2 else (2,):
         if len(pixels) == 0:
             return
@@ -208,17 +223,3 @@ def _at_edges_of_rows(
         for plane in np.abs(from_mean, out=from_mean):
             np.maximum(bent, plane, out=bent)
     return np.argwhere(bent > EDGE).astype(np.int32) + np.array((top, 0), np.int32)
-
-
-def background_rows(background: Any, height: int) -> NDArray[np.float32] | None:
-    """Return the linear RGB of each row, (H, 1, 3), or None for None.
-
-    Two colours are blended in sRGB, which looks even to the eye.
-    """
-    if background is None:
-        return None
-    are_two = not isinstance(background, str) and isinstance(background, Sequence) and len(background) == 2
-    top, bottom = background if are_two else (background, background)
-    ends = to_srgb(np.array([linear("background", top), linear("background", bottom)], np.float32))
-    share = np.linspace(0, 1, height, dtype=np.float32)[:, None]
-    return np.asarray(from_srgb((1 - share) * ends[0] + share * ends[1]), np.float32)[:, None]

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from bobrossnet.color import from_srgb
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
-from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.pictures.drawing import Edges
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.pictures.rendering import finished
+from bobrossnet.pictures.rendering import render
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
 from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Extent, Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import trace
+from bobrossnet.tracing.section import SectionLike
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -44,17 +44,13 @@ SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", 
 LAYOUT = ("top", "isometric", "front", "right")
 """Third-angle projection: the top view lies above the front view, the right view to its right."""
 
-CREASE = 30.0
-"""Degrees between normals of neighbouring pixels that make an edge, as those of a mesh's crease."""
-
-STEP = 1.0
-"""Pixels by which a neighbour's depth must leave the plane of either pixel to make an edge."""
-
 PIXELS_A_PLACE = 16
 """Of which one is asked for its part."""
 
 MAX_NAMES = 12
 MAX_NAME = 24
+
+LINES = Edges(1.25, "#141820")
 
 INK, GRAY, PAPER = (20, 24, 32), (110, 118, 130), (255, 255, 255)
 
@@ -83,6 +79,7 @@ def sheet(
     unit: str = "",
     edges: bool = True,
     names: bool = True,
+    section: SectionLike = None,
 ) -> Picture:
     """Draw views of a scene to one scale, with its edges, dimensions and a scale bar.
 
@@ -99,9 +96,11 @@ def sheet(
     unit : str, optional
         Follows the dimensions, such as "mm".
     edges : bool
-        Draw silhouettes and creases.
+        Draw edges, as in `draw`.
     names : bool
         Name up to twelve parts in the isometric view, if they have different names.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
 
     Returns
     -------
@@ -121,7 +120,7 @@ def sheet(
     """
     from PIL import Image, ImageDraw
 
-    scene = as_scene(scene)
+    scene = as_scene(scene, section)
     height, width = check_size(size)
     if min(height, width) < 240:
         raise InputError(f"size: expected at least 240x240, got {width}x{height}")
@@ -189,34 +188,8 @@ def _fit(scene: Scene, box: Extent, cell: _Cell, line: int) -> Camera:
 
 def _drawn(scene: Scene, camera: Camera, size: tuple[int, int], edges: bool) -> NDArray[np.uint8]:
     """(H, W, 3) uint8."""
-    first_hits = trace(scene, camera, size=size, light=HEADLIGHT)
-    shown = finished(first_hits, scene, camera, samples=4, background="#ffffff", model="default")
-    color = shown.color * (1 - 0.85 * _edges(first_hits, camera)[..., None]) if edges else shown.color
-    return color_to_8_bit(color)
-
-
-def _edges(first_hits: GBuffer, camera: Camera) -> NDArray[np.float32]:
-    """(H, W) in 0..1: silhouettes, steps of depth and creases."""
-    depth, normal = first_hits.depth, first_hits.normal
-    height, width = depth.shape
-    hit = depth > 0  # 0 only at the very back, and where a ray missed
-    toward = np.sqrt(np.maximum(1 - (normal**2).sum(axis=-1), 1e-4))
-    pixel = 1 / (min(height, width) * camera.zoom)  # a pixel's width in units of depth, which spans two radii
-    found = np.zeros((height, width), bool)
-    for down, right in ((0, 1), (1, 0)):
-        here, there = (slice(height - down), slice(width - right)), (slice(down, None), slice(right, None))
-        slope = pixel * (down * normal[..., 1] - right * normal[..., 0]) / toward
-        cosine = (normal[here] * normal[there]).sum(axis=-1) + toward[here] * toward[there]
-        change = depth[there] - depth[here]
-        off_plane = np.minimum(abs(change - slope[here]), abs(change - slope[there]))
-        step = off_plane > pixel * STEP + np.maximum(abs(slope[here]), abs(slope[there])) / 2
-        both = hit[here] & hit[there]
-        edge = (hit[here] != hit[there]) | (both & ((cosine < np.cos(np.radians(CREASE))) | step))
-        # On the nearer surface, so that lines are one pixel wide.
-        nearer = hit[here] & (~hit[there] | (change <= 0))
-        found[here] |= edge & nearer
-        found[there] |= edge & ~nearer
-    return found.astype(np.float32)
+    shown = render(scene, camera, size=size, background="#ffffff", light=HEADLIGHT, ground=False, edges=edges and LINES)
+    return color_to_8_bit(shown.color)
 
 
 # ---- Lines and words -------------------------------------------------------------------------------------

@@ -19,9 +19,10 @@ from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.pictures.rendering import Background, check_picture, render
+from bobrossnet.pictures.rendering import check_picture, render
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, check_callable, check_integer
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.shape import Shape, check_tensors
+from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.shapes.splines import (
     MAX_DEGREE,
     Values,
@@ -230,20 +230,24 @@ class Brep(Shape):
         Maximum gap between the edges of neighbouring faces, in the shape's units, as CAD systems define it. Trimmed
         faces extend about this far beyond their trims where no other face of the brep is, to hide gaps. A single face
         ends at its trims.
+    face_numbers : (F,) integers, at least 0, optional
+        Faces of equal numbers are pieces of one face, such as the halves of a cylinder: drawings have no edge between
+        them. By default each face is one of its own.
 
     Raises
     ------
     InputError
-        If there is no face, an item is not a Face, or the tolerance is out of range. At first placement or trace: if
-        all faces have zero area, or the trims remove everything.
+        If there is no face, an item is not a Face, or the tolerance or a number is out of range. At first placement or
+        trace: if all faces have zero area, or the trims remove everything.
     """
 
     kind = "brep"
 
     faces: tuple[Face, ...]
     tolerance: float
+    face_numbers: NDArray[np.int32] | None
 
-    def __init__(self, faces: Any, tolerance: float = 0.0) -> None:
+    def __init__(self, faces: Any, tolerance: float = 0.0, face_numbers: Any = None) -> None:
         self.faces = check_tuple("faces", faces, "a sequence of Face")
         if not self.faces:
             raise InputError("faces: expected at least one, got none")
@@ -251,6 +255,7 @@ class Brep(Shape):
             if not isinstance(face, Face):
                 raise InputTypeError(f"faces[{i}]: expected a Face, got {type(face).__name__}")
         self.tolerance = check_number("tolerance", tolerance, 0)
+        self.face_numbers = None if face_numbers is None else _numbers(face_numbers, len(self.faces))
 
     @property
     def is_colored(self) -> bool:
@@ -275,7 +280,7 @@ class Brep(Shape):
             for face in self.faces
         ]
         try:
-            surfaces = _core.Brep(faces, self.tolerance, self.face_colors)
+            surfaces = _core.Brep(faces, self.tolerance, self.face_colors, self.face_numbers)
         except ValueError as error:
             raise InputError(str(error)) from None
         if surfaces.is_coarse:
@@ -329,9 +334,11 @@ class Brep(Shape):
         curves = [curve for face in self.faces for loop in face.trims for curve in loop]
         tolerance = {"tolerance": np.array([self.tolerance])} if self.tolerance else {}
         colors = {} if self.face_colors is None else {"face_colors": self.face_colors}
+        numbers = {} if self.face_numbers is None else {"face_numbers": self.face_numbers}
         return {
             **tolerance,
             **colors,
+            **numbers,
             "faces": _table(
                 [(*face.control_points.shape[:2], face.degree_u, face.degree_v, len(face.trims)) for face in self.faces]
             ),
@@ -347,7 +354,8 @@ class Brep(Shape):
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Brep:
         int32, float64 = ("faces", "loops", "trims"), ("control_points", "knots", "trim_control_points", "trim_knots")
         required = dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64")
-        check_tensors(tensors, required, {"tolerance": "float64", "face_colors": "float32"})
+        optional = {"tolerance": "float64", "face_colors": "float32", "face_numbers": "int32"}
+        check_tensors(tensors, required, optional)
         table = _counts("faces", tensors, 5)
         colors: list[Any] = [None] * len(table)
         if "face_colors" in tensors:
@@ -389,13 +397,20 @@ class Brep(Shape):
         tolerance = tensors.get("tolerance", np.zeros(1))
         if tolerance.shape != (1,):
             raise InputError(f"tolerance: expected one number, got shape {tolerance.shape}")
-        return cls(faces, float(tolerance[0]))
+        return cls(faces, float(tolerance[0]), tensors.get("face_numbers"))
 
     def counts(self) -> dict[str, int]:
         return {"face": len(self.faces)}
 
     def __repr__(self) -> str:
         return f"Brep({len(self.faces)} faces)"
+
+
+def _numbers(numbers: Any, count: int) -> NDArray[np.int32]:
+    array = check_array("face_numbers", numbers, (count,), hint="one number per face")
+    if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > np.iinfo(np.int32).max:
+        raise InputError("face_numbers: expected integers in 0..2^31 - 1")
+    return frozen(array, np.int32)
 
 
 def _counted(count: int, noun: str) -> str:

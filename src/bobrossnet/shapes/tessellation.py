@@ -45,6 +45,7 @@ class Part(NamedTuple):
     triangles: I32  # (t, 3)
     borders: int  # the first `borders` points lie on the face's border
     color: NDArray[np.float32] | None  # (3,), linear
+    uv: Values  # (n, 2), the points' parameters
 
 
 def tessellated(brep: Brep, step: float) -> Mesh:
@@ -54,7 +55,7 @@ def tessellated(brep: Brep, step: float) -> Mesh:
     count = 0
     for i, face in enumerate(brep.faces):
         try:
-            part = _part(face, step, MAX_TRIANGLES - count, None if colors is None else colors[i])
+            part = tessellated_face(face, step, MAX_TRIANGLES - count, None if colors is None else colors[i])
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
@@ -72,9 +73,10 @@ def tessellated(brep: Brep, step: float) -> Mesh:
 # ---- One face ------------------------------------------------------------------------------------------------------
 
 
-def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None) -> Part:
+def tessellated_face(face: Face, step: float, most: int, color: NDArray[np.float32] | None = None) -> Part:
+    """Return the mesh of a face, of at most so many triangles; ValueError if its trims cross."""
     grid = _Grid(face, step, most)
-    loops = [_sampled(face, _smooth(face, loop), step) for loop in _loops(face)]
+    loops = border(face, step)
     uv = np.concatenate(loops)
     # The edges of closed polygons, concatenated.
     ends = np.cumsum([len(loop) for loop in loops])
@@ -83,7 +85,7 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
     plane = grid.to_plane(uv)
     inner = grid.nodes_within(plane, following)
     whole: I32 = np.rint(np.concatenate([plane, grid.to_plane(inner)]) * grid.scale).astype(np.int32)
-    _, first, number = np.unique(_keys(whole), return_index=True, return_inverse=True)
+    _, first, number = np.unique(packed(whole), return_index=True, return_inverse=True)
     edges = np.stack([np.arange(len(uv)), following], axis=1)
     edges = first[number[edges]]  # by the first of equal points
     order = np.sort(first)  # border points first
@@ -92,7 +94,12 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
     sides: I32 = np.ascontiguousarray(place[edges[edges[:, 0] != edges[:, 1]]])
     triangles = _core.triangulate(np.ascontiguousarray(whole[order], np.int32), sides)
     at = np.concatenate([uv, inner])[order]
-    return Part(_points(face, at), triangles, int(np.count_nonzero(order < len(uv))), color)
+    return Part(points_at(face, at), triangles, int(np.count_nonzero(order < len(uv))), color, at)
+
+
+def border(face: Face, step: float) -> list[Values]:
+    """Return the parameters (n, 2) along each loop of a face's border; each loop closes itself."""
+    return [_sampled(face, _smooth(face, loop), step) for loop in _loops(face)]
 
 
 class _Grid:
@@ -157,7 +164,7 @@ class _Grid:
         )
 
 
-def _points(face: Face, uv: Values) -> Values:
+def points_at(face: Face, uv: Values) -> Values:
     """Evaluate the face at parameters (n, 2), clamped to the domain against rounding."""
     low, high = np.transpose(face.domain)
     u, v = np.clip(uv, low, high).T
@@ -230,7 +237,7 @@ def _smooth(face: Face, courses: list[Course]) -> Iterator[Course]:
     for i, course in enumerate(courses):
         joints = course.joints[:, None] + np.array([-1e-5, 0, 1e-5])
         uv = course.at(np.clip(joints.reshape(-1), 0, 1))
-        before, after = np.moveaxis(np.diff(_points(face, uv).reshape(-1, 3, 3), axis=1), 1, 0)
+        before, after = np.moveaxis(np.diff(points_at(face, uv).reshape(-1, 3, 3), axis=1), 1, 0)
         kinks = [0.0, *course.joints[_angle(before, after) > KINK].tolist(), 1.0]
         yield from (course.part(*part) for part in pairwise(kinks))
         end, beginning = ends[i][1], ends[(i + 1) % len(courses)][0]
@@ -245,7 +252,7 @@ def _sampled(face: Face, courses: Iterable[Course], step: float) -> Values:
         t = np.linspace(0, 1, int(np.clip(8 * course.spans, 33, 1025)))
         for _ in range(2):  # the second time densely enough
             uv = course.at(t)
-            along = np.diff(_points(face, uv), axis=0)
+            along = np.diff(points_at(face, uv), axis=0)
             length = np.linalg.norm(along, axis=1)
             turn = _angle(along[1:], along[:-1])
             turns = np.interp(np.arange(len(length)) + 0.5, np.arange(1, len(length)), turn)  # of each part
@@ -292,7 +299,7 @@ def _joined(parts: list[Part], weld: float) -> Mesh:
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
     on_border = np.concatenate([start + np.arange(part.borders) for start, part in zip(starts, parts, strict=False)])
     number = np.arange(len(points))
-    number[on_border] = on_border[_welded(points[on_border], weld)]
+    number[on_border] = on_border[welded(points[on_border], weld)]
     triangles = number[np.concatenate([part.triangles + start for start, part in zip(starts, parts, strict=False)])]
     owner = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
     a, b, c = triangles.T
@@ -307,7 +314,7 @@ def _joined(parts: list[Part], weld: float) -> Mesh:
     return Mesh.owning(points[used], np.ascontiguousarray(triangles.reshape(-1, 3), np.int32), face_colors=face_colors)
 
 
-def _keys(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:
+def packed(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:
     """Pack rows of non-negative integers, two below 2^31 or three below 2^21, into single integers."""
     bits = 63 // numbers.shape[1]
     keys = numbers[:, 0].astype(np.int64)
@@ -316,7 +323,7 @@ def _keys(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:
     return keys
 
 
-def _welded(points: Values, distance: float) -> NDArray[np.intp]:
+def welded(points: Values, distance: float) -> NDArray[np.intp]:
     """Return for each point the least index of its cluster: points within a distance of each other, transitively."""
     number = np.arange(len(points))
     cells = (points - points.min(axis=0)) / (2 * distance)
@@ -324,7 +331,7 @@ def _welded(points: Values, distance: float) -> NDArray[np.intp]:
         before = number.copy()
         for shift in np.ndindex(2, 2, 2):  # points closer than half a cell share one of these cells
             cell = np.floor(cells + 0.5 * np.array(shift)).astype(np.int64)
-            _, group = np.unique(_keys(cell), return_inverse=True)
+            _, group = np.unique(packed(cell), return_inverse=True)
             least = np.full(group.max() + 1, len(points))
             np.minimum.at(least, group, number)
             number = least[group]
@@ -337,7 +344,7 @@ def _facing_alike(points: Values, triangles: NDArray[np.intp], owner: NDArray[np
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     of = np.tile(owner, 3)
     forward = edges[:, 0] < edges[:, 1]
-    _, edge = np.unique(_keys(np.sort(edges, axis=1)), return_inverse=True)
+    _, edge = np.unique(packed(np.sort(edges, axis=1)), return_inverse=True)
     order = np.argsort(edge, kind="stable")
     edge, of, forward = edge[order], of[order], forward[order]
     times = np.bincount(edge)

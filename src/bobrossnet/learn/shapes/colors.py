@@ -139,7 +139,8 @@ def _in_parts(rng: Rng, shape: Shape, colors: Array) -> Shape:
         return Mesh(shape.vertices, shape.triangles, shape.normals, face_colors=chosen[of_face])
     if isinstance(shape, Brep):
         chosen = colors[rng.integers(len(colors), size=len(shape.faces))]
-        return Brep([_colored(face, color) for face, color in zip(shape.faces, chosen, strict=True)], shape.tolerance)
+        painted = [_colored(face, color) for face, color in zip(shape.faces, chosen, strict=True)]
+        return Brep(painted, shape.tolerance, shape.face_numbers)
     if isinstance(shape, Implicit):
         return _painted(shape, patches(rng, colors))
     return shape

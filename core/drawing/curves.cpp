@@ -1,0 +1,158 @@
+#include "drawing/curves.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/interruption.h"
+
+namespace bob {
+namespace {
+
+float squared_distance(PicturePoint p, PicturePoint a, PicturePoint b) {
+    const float down = b.row - a.row, right = b.column - a.column;
+    const float squared = down * down + right * right;
+    const float along = squared > 0 ? std::clamp(((p.row - a.row) * down + (p.column - a.column) * right) / squared, 0.f, 1.f) : 0.f;
+    const float y = p.row - a.row - along * down, x = p.column - a.column - along * right;
+    return x * x + y * y;
+}
+
+/// Appends the points of Ramer, Douglas and Peucker's algorithm, without the first.
+void append_simplified(std::span<const PicturePoint> curve, float tolerance, std::vector<PicturePoint>& to) {
+    std::vector<std::pair<std::size_t, std::size_t>> left{{0, curve.size() - 1}};
+    while (!left.empty()) {
+        const auto [begin, end] = left.back();
+        left.pop_back();
+        std::size_t farthest = begin;
+        float most = tolerance * tolerance;
+        for (std::size_t i = begin + 1; i < end; ++i) {
+            const float squared = squared_distance(curve[i], curve[begin], curve[end]);
+            if (squared > most) most = squared, farthest = i;
+        }
+        if (farthest == begin) {
+            to.push_back(curve[end]);
+        } else {
+            left.emplace_back(farthest, end);
+            left.emplace_back(begin, farthest);
+        }
+    }
+}
+
+}  // namespace
+
+Curves joined(const LineNetwork& network, float tolerance) {
+    const std::size_t count = network.points.size();
+    std::vector<std::uint32_t> start(count + 1, 0), at;
+    for (const auto& [a, b] : network.segments) ++start[a + 1], ++start[b + 1];
+    for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
+    at.resize(start.back());
+    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {
+        at[next[network.segments[s].first]++] = s;
+        at[next[network.segments[s].second]++] = s;
+    }
+    const auto passes = [&](std::uint32_t point) { return start[point + 1] - start[point] == 2; };
+
+    Curves curves;
+    std::vector<bool> used(network.segments.size());
+    std::vector<PicturePoint> walked;
+    const auto walk = [&](std::uint32_t point, std::uint32_t segment) {
+        walked.assign(1, network.points[point]);
+        while (!used[segment]) {
+            used[segment] = true;
+            const auto& [a, b] = network.segments[segment];
+            point = a == point ? b : a;
+            walked.push_back(network.points[point]);
+            if (!passes(point)) break;
+            segment = at[start[point]] == segment ? at[start[point] + 1] : at[start[point]];
+        }
+        curves.points.push_back(walked.front());
+        append_simplified(walked, tolerance, curves.points);
+        curves.ends.push_back(static_cast<std::int64_t>(curves.points.size()));
+    };
+    for (std::uint32_t point = 0; point < count; ++point) {
+        if (point % 32768 == 0) Interruption::check();
+        if (passes(point)) continue;
+        for (std::uint32_t i = start[point]; i < start[point + 1]; ++i) {
+            if (!used[at[i]]) walk(point, at[i]);
+        }
+    }
+    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {  // what is left are rings
+        if (!used[s]) walk(network.segments[s].first, s);
+    }
+    return curves;
+}
+
+Curves dashed(std::span<const PicturePoint> points, std::span<const std::int64_t> ends, float dash, float gap) {
+    Curves curves;
+    std::size_t begin = 0;
+    for (const std::int64_t end : ends) {
+        const auto curve = points.subspan(begin, static_cast<std::size_t>(end) - begin);
+        begin = static_cast<std::size_t>(end);
+        std::vector<float> along(curve.size(), 0.f);
+        for (std::size_t i = 1; i < curve.size(); ++i) {
+            along[i] = along[i - 1] + std::hypot(curve[i].row - curve[i - 1].row, curve[i].column - curve[i - 1].column);
+        }
+        if (curve.size() < 2 || !std::isfinite(along.back())) continue;
+        // Stretched, so that a whole number of periods and a last dash fill the curve.
+        const float periods = std::max(0.f, std::round((along.back() - dash) / (dash + gap)));
+        const float stretch = along.back() / (periods * (dash + gap) + dash);
+        std::size_t i = 1;
+        const auto at = [&](float length) {
+            while (i + 1 < curve.size() && along[i] < length) ++i;
+            const float part = along[i] > along[i - 1] ? std::clamp((length - along[i - 1]) / (along[i] - along[i - 1]), 0.f, 1.f) : 0.f;
+            return PicturePoint{curve[i - 1].row + part * (curve[i].row - curve[i - 1].row),
+                                curve[i - 1].column + part * (curve[i].column - curve[i - 1].column)};
+        };
+        for (float n = 0; n <= periods; ++n) {
+            const float from = n * (dash + gap) * stretch, to = from + dash * stretch;
+            curves.points.push_back(at(from));
+            for (std::size_t j = i; j < curve.size() && along[j] < to; ++j) {
+                if (along[j] > from) curves.points.push_back(curve[j]);
+            }
+            curves.points.push_back(at(to));
+            curves.ends.push_back(static_cast<std::int64_t>(curves.points.size()));
+        }
+    }
+    return curves;
+}
+
+void draw_strokes(std::span<const PicturePoint> points, std::span<const std::int64_t> ends, float width_of_stroke, int height, int width,
+                  float* coverage) {
+    const float half = 0.5f * width_of_stroke, reach = half + 0.5f;
+    // The share of a pixel across a line at a distance: exact for lines along rows and columns.
+    const auto covered = [=](float distance) { return std::clamp(std::min(0.5f, distance + half) - std::max(-0.5f, distance - half), 0.f, 1.f); };
+    const auto draw = [&](PicturePoint a, PicturePoint b) {
+        const auto low = [=](float p, float q) { return static_cast<int>(std::ceil(std::max(std::min(p, q) - reach, 0.f))); };
+        const auto high = [=](float p, float q, int size) {
+            return static_cast<int>(std::floor(std::min(std::max(p, q) + reach, static_cast<float>(size - 1))));
+        };
+        const int top = low(a.row, b.row), bottom = high(a.row, b.row, height);
+        const float down = b.row - a.row, right = b.column - a.column;
+        for (int row = top; row <= bottom; ++row) {
+            // Only the columns that the stroke reaches in this row.
+            const auto y = static_cast<float>(row);
+            float from = std::min(a.column, b.column), to = std::max(a.column, b.column);
+            if (std::abs(down) > 1e-6f) {
+                const float t = std::clamp((y - reach - a.row) / down, 0.f, 1.f), u = std::clamp((y + reach - a.row) / down, 0.f, 1.f);
+                from = std::min(a.column + t * right, a.column + u * right), to = std::max(a.column + t * right, a.column + u * right);
+            }
+            const int last = high(to, to, width);
+            for (int column = low(from, from); column <= last; ++column) {
+                const float distance = std::sqrt(squared_distance({y, static_cast<float>(column)}, a, b));
+                if (distance >= reach) continue;
+                float& value = coverage[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)];
+                value = std::max(value, covered(distance));
+            }
+        }
+    };
+    std::size_t begin = 0;
+    for (const std::int64_t end : ends) {
+        Interruption::check();
+        for (std::size_t i = begin; i + 1 < static_cast<std::size_t>(end); ++i) draw(points[i], points[i + 1]);
+        begin = static_cast<std::size_t>(end);
+    }
+}
+
+}  // namespace bob
