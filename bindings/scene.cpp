@@ -135,16 +135,37 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
             for (std::size_t i = begin; i < end; ++i) {
                 const bob::SceneHit& hit = hits[i - begin];
                 t.data()[i] = hit.t;
-                const bool missed = hit.instance == bob::no_instance;
+                const bool missed = hit.instance == bob::no_instance, on_cap = bob::is_cap(hit.in_shape.primitive);
                 instance.data()[i] = missed ? -1 : static_cast<std::int32_t>(scene[hit.instance].number);
-                const bob::Place place = missed ? bob::Place{bob::no_primitive, 0, 0}
-                                                : scene[hit.instance].shape->place(hit.in_shape);
-                primitive.data()[i] = static_cast<std::int32_t>(place.part);
+                const bob::Place place = missed || on_cap ? bob::Place{bob::no_primitive, 0, 0}
+                                                          : scene[hit.instance].shape->place(hit.in_shape);
+                primitive.data()[i] = on_cap ? -2 - static_cast<std::int32_t>(hit.in_shape.primitive - bob::first_cap)
+                                             : static_cast<std::int32_t>(place.part);
                 u.data()[i] = place.u;
                 v.data()[i] = place.v;
             }
         });
     });
+}
+
+/// Planes are (normal, offset), in the unit sphere.
+bob::Scene sectioned(const bob::Scene& scene, const Array<const double, -1, 4>& planes) {
+    std::vector<bob::SectionPlane> all;
+    for (std::size_t i = 0; i < planes.shape(0); ++i) {
+        const double* const p = planes.data() + 4 * i;
+        all.push_back({{p[0], p[1], p[2]}, p[3]});
+    }
+    std::optional<bob::Scene> made;
+    interruptible([&] { made.emplace(scene.sectioned(all)); });
+    return std::move(*made);
+}
+
+/// In the caller's order.
+std::vector<std::uint32_t> open_instances(const bob::Scene& scene) {
+    std::vector<std::uint32_t> open;
+    for (const std::uint32_t instance : scene.open_instances()) open.push_back(scene[instance].number);
+    std::sort(open.begin(), open.end());
+    return open;
 }
 
 void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int width, const Pixels& pixels,
@@ -211,6 +232,8 @@ void bind_scene(nb::module_& m) {
              "instance"_a.noconvert(), "primitive"_a.noconvert(), "u"_a.noconvert(), "v"_a.noconvert())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
              "samples"_a.noconvert())
+        .def("sectioned", &sectioned, "planes"_a.noconvert())
+        .def_prop_ro("open_instances", &open_instances)
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
         .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
 

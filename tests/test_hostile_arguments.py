@@ -51,6 +51,7 @@ SLOW = {"workers", "scheduler"}
 LEFT_OUT = {
     "Brep": "an argument of nurbs_surface, which makes one",
     "Drawing": "made by draw",
+    "Contours": "made by section",
     "Face": "made by a Brep",
     "Frame": "made by progressive and View",
     "Hits": "made by closest_hits",
@@ -116,6 +117,8 @@ class Calls:
         yield "Mesh", bob.Mesh, {"vertices": mesh.vertices, "triangles": mesh.triangles}
         yield "Samples", bob.Samples, {"gray": [0.5, 0.5]}
         yield "Scene", bob.Scene, {"shapes": mesh}
+        yield "Section", bob.Section, {"normal": (1, 0, 0), "offset": 0.5}
+        yield "section", bob.section, {"scene": mesh, "section": "z=0"}
         yield "Sky", bob.Sky, {"top": "#fff", "bottom": "#000"}
         yield "SceneTracer", bob.SceneTracer, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}

@@ -84,6 +84,19 @@ public:
         std::fill_n(colors.begin(), hits.size(), Vec3{1, 1, 1});
     }
 
+    /// Prepares `starts_inside`, after `prepare`. Returns whether the surface encloses a solid: a closed one does, but for
+    /// gaps that less than 1 % of lines through it meet. Safe to call from any thread, repeatedly.
+    [[nodiscard]] virtual bool prepare_inside() const { return false; }
+
+    /// For shapes that enclose a solid: whether each ray starts inside it. `hits` are its first, no misses.
+    virtual void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+        (void)rays;
+        std::fill_n(inside.begin(), hits.size(), std::uint8_t{0});
+    }
+
+    /// For shapes with colours that enclose a solid: linear RGB, 0..1, at points inside it, in the coordinates of rays.
+    virtual void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const { std::fill_n(colors.begin(), points.size(), Vec3{1, 1, 1}); }
+
     /// For hits only, not misses.
     [[nodiscard]] virtual Place place(const Hit& hit) const { return {hit.primitive, hit.u, hit.v}; }
 

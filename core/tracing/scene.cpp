@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -137,9 +139,9 @@ void take_rays(const Instance& instance, bool moved, std::span<const Entrance> e
 }
 
 /// Intersects a group's rays with its instance, except rays with a hit nearer than the box. The order of groups affects
-/// the work, not the results.
-void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
-         std::span<SceneHit> hits) {
+/// the work, not the results. Afterwards the batch holds the rays that it intersected, and their number is returned.
+std::size_t ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
+                std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
     const Vec3 diagonal = instance.high - instance.low;
     const float size = dot(diagonal, diagonal);
@@ -158,7 +160,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
                                : is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared))
                                         : 0;
     }
-    if (count == 0) return;
+    if (count == 0) return 0;
     take_rays(instance, moved, {entrances, count}, rays, batch);
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
@@ -170,16 +172,29 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
             hit = {t, group.instance, batch.start[j], batch.hits[j]};
         }
     }
+    return count;
+}
+
+/// The normals of caps, and zeros elsewhere.
+void fill_normals(std::span<const SectionPlane> planes, std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) {
+    std::fill(normals.begin(), normals.end(), Vec3{});
+    if (planes.empty()) return;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (hits[i].instance == no_instance || !is_cap(hits[i].in_shape.primitive)) continue;
+        const auto& n = planes[hits[i].in_shape.primitive - first_cap].normal;
+        const Vec3 normal{static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])};
+        normals[i] = dot(normal, rays[i].direction) > 0 ? -normal : normal;
+    }
 }
 
 /// Calls `use` for each instance with hits; the batch holds its rays, in the shape's coordinates, and their hits.
 template <class Use>
-void for_each_group(std::span<const Instance> instances, std::span<const Ray> rays, std::span<const SceneHit> hits, Use use) {
+void for_each_group(std::span<const Instance> instances, bool has_sections, std::span<const Ray> rays, std::span<const SceneHit> hits, Use use) {
     Batch& batch = Batch::of_this_thread(rays.size(), instances.size(), rays.size());
     std::size_t count = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const std::uint32_t k = hits[i].instance;
-        if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
+        if (k != no_instance && !is_cap(hits[i].in_shape.primitive)) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
     }
     batch.group(count, instances.size() == 1);
     for (const Group& group : batch.groups) {
@@ -189,7 +204,7 @@ void for_each_group(std::span<const Instance> instances, std::span<const Ray> ra
             const SceneHit& hit = hits[entrances[j].ray];
             batch.hits[j] = hit.in_shape, batch.start[j] = hit.start;
         }
-        take_rays(instance, !stands_as_it_is(instance), entrances, rays, batch);
+        take_rays(instance, has_sections || !stands_as_it_is(instance), entrances, rays, batch);
         use(instance, entrances, batch);
     }
 }
@@ -219,6 +234,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
 }
 
 void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
+    if (!planes_.empty()) return hits_in_sections(rays, hits);
     if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; without this they take a tenth longer
         Batch& batch = Batch::of_this_thread(rays.size(), 0, 0);
         instances_[0].shape->closest_hits(rays, {batch.hits.data(), rays.size()});
@@ -229,6 +245,47 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         return;
     }
     std::fill(hits.begin(), hits.end(), SceneHit{});
+    hits_before(rays, hits, nullptr);
+}
+
+/// The kept parts of rays that have one, and the caps at their ends.
+struct Scene::Caps {
+    std::vector<KeptPart> parts;
+    std::vector<Ray> rays;                // from the start of the kept part on
+    std::vector<std::uint32_t> numbers;   // of the rays in the call
+    std::vector<SceneHit> hits;
+    std::vector<std::uint32_t> instance;  // whose cap is seen, or none
+    std::vector<std::uint32_t> rank;      // of that instance
+
+    // Those of one instance that start inside its box.
+    std::vector<Ray> entering;
+    std::vector<Hit> met;
+    std::vector<std::uint32_t> of;
+    std::vector<std::uint8_t> inside;
+
+    /// A ray that starts inside a solid has its cap there, or, if it starts in the kept part, where it leaves this before
+    /// the solid.
+    void find(std::uint32_t rank_of, std::uint32_t number, const Shape& shape, std::span<const Entrance> entrances, std::span<const float> start,
+              std::span<const Ray> asked, std::span<const Hit> found) {
+        entering.clear(), met.clear(), of.clear();
+        for (std::size_t j = 0; j < entrances.size(); ++j) {
+            const std::uint32_t i = entrances[j].ray;
+            const KeptPart& part = parts[i];
+            if (entrances[j].t > 0 || found[j].primitive == no_primitive || rank_of >= rank[i]) continue;
+            const bool is_beyond = part.start + double{start[j]} + double{found[j].t} > part.end;
+            if (part.entered == no_primitive && !(is_beyond && part.left != no_primitive)) continue;
+            entering.push_back(asked[j]), met.push_back(found[j]), of.push_back(i);
+        }
+        if (entering.empty()) return;
+        inside.assign(entering.size(), 0);
+        shape.starts_inside(entering, met, inside);
+        for (std::size_t j = 0; j < of.size(); ++j) {
+            if (inside[j]) instance[of[j]] = number, rank[of[j]] = rank_of;
+        }
+    }
+};
+
+void Scene::hits_before(std::span<const Ray> rays, std::span<SceneHit> hits, Caps* caps) const {
     if (tree_.nodes.empty()) return;
     Batch& batch = Batch::of_this_thread(rays.size(), instances_.size(), entrances_at_once + tree_.boxes);
     for (std::size_t i = 0; i < rays.size();) {
@@ -236,7 +293,101 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
                                          count);
         batch.group(count, instances_.size() == 1);
-        for (const Group& group : batch.groups) ask(instances_[group.instance], group, batch, rays, hits);
+        for (const Group& group : batch.groups) {
+            const std::size_t asked = ask(instances_[group.instance], group, batch, rays, hits);
+            if (!caps || !asked || !is_solid_[group.instance]) continue;
+            const std::span<const Entrance> entrances(&batch.grouped[group.begin], asked);
+            caps->find(ranks_[group.instance], group.instance, *instances_[group.instance].shape, entrances, batch.start, batch.rays, batch.hits);
+        }
+    }
+}
+
+void Scene::hits_in_sections(std::span<const Ray> rays, std::span<SceneHit> hits) const {
+    auto& caps = thread_memory<Caps>();
+    caps.parts.clear(), caps.rays.clear(), caps.numbers.clear(), caps.hits.clear();
+    const AffineMap identity;
+    for (std::uint32_t i = 0; i < rays.size(); ++i) {
+        const KeptPart part(planes_, rays[i]);
+        hits[i] = {};
+        if (part.is_empty()) continue;
+        const float start = static_cast<float>(part.start);
+        caps.parts.push_back(part), caps.numbers.push_back(i);
+        caps.rays.push_back({identity.point(rays[i].origin, double{start}, rays[i].direction), rays[i].direction});
+        caps.hits.push_back({static_cast<float>(part.end - part.start), no_instance, 0, {}});
+    }
+    caps.instance.assign(caps.rays.size(), no_instance), caps.rank.assign(caps.rays.size(), no_instance);
+    hits_before(caps.rays, caps.hits, &caps);
+    for (std::size_t j = 0; j < caps.rays.size(); ++j) {
+        const KeptPart& part = caps.parts[j];
+        SceneHit hit = caps.hits[j];
+        const bool enters = part.entered != no_primitive, ends = hit.instance == no_instance;
+        if (caps.instance[j] != no_instance && (enters || ends)) {
+            const auto t = static_cast<float>(enters ? part.enter : part.leave);
+            hits[caps.numbers[j]] = {t, caps.instance[j], 0, {t, 0, 0, first_cap + (enters ? part.entered : part.left)}};
+        } else if (!ends) {
+            const auto start = static_cast<float>(part.start);
+            hit.t += start, hit.start += start;
+            hits[caps.numbers[j]] = hit;
+        }
+    }
+}
+
+Scene Scene::sectioned(std::span<const SectionPlane> planes) const {
+    Scene scene = *this;
+    scene.planes_.assign(planes.begin(), planes.end());
+    scene.ranks_.clear(), scene.is_solid_.clear();
+    scene.has_colored_shapes_ = !planes.empty() || std::ranges::any_of(instances_, [](const Instance& i) { return i.shape->is_colored(); });
+    if (planes.empty()) return scene;
+    std::map<const Shape*, bool> solid;
+    for (const Instance& instance : instances_) {
+        const auto [entry, added] = solid.try_emplace(instance.shape.get(), false);
+        if (added) entry->second = instance.shape->prepare_inside();
+        scene.is_solid_.push_back(entry->second);
+    }
+    std::vector<std::uint32_t> order(instances_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto volume = [&](std::uint32_t k) {
+        const Vec3 size = instances_[k].high - instances_[k].low;
+        return size.x * size.y * size.z;
+    };
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return volume(a) < volume(b); });
+    scene.ranks_.resize(order.size());
+    for (std::uint32_t rank = 0; rank < order.size(); ++rank) scene.ranks_[order[rank]] = rank;
+    return scene;
+}
+
+std::vector<std::uint32_t> Scene::open_instances() const {
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t k = 0; k < is_solid_.size(); ++k) {
+        if (!is_solid_[k]) open.push_back(k);
+    }
+    return open;
+}
+
+void Scene::color_caps(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths, std::span<Vec3> colors) const {
+    std::vector<PlaneAxes> axes;
+    for (const SectionPlane& plane : planes_) axes.emplace_back(plane.normal);
+    std::map<std::uint32_t, std::vector<std::uint32_t>> of_colored;  // instances
+    for (std::uint32_t i = 0; i < hits.size(); ++i) {
+        const auto& [t, instance, start, hit] = hits[i];
+        if (instance != no_instance && is_cap(hit.primitive) && instances_[instance].shape->is_colored()) of_colored[instance].push_back(i);
+    }
+    std::vector<Vec3> points, of_shape;
+    for (const auto& [instance, numbers] : of_colored) {
+        points.clear(), of_shape.resize(numbers.size());
+        for (const std::uint32_t i : numbers) points.push_back(instances_[instance].to_shape.point(rays[i].origin, double{hits[i].t}, rays[i].direction));
+        instances_[instance].shape->colors_inside(points, of_shape);
+        for (std::size_t j = 0; j < numbers.size(); ++j) colors[numbers[j]] = of_shape[j];
+    }
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const auto& [t, instance, start, hit] = hits[i];
+        if (instance == no_instance || !is_cap(hit.primitive)) continue;
+        const std::size_t plane = hit.primitive - first_cap;
+        const Vec3 direction = rays[i].direction;
+        const auto& normal = planes_[plane].normal;
+        const Vec3 facing{static_cast<float>(normal[0]), static_cast<float>(normal[1]), static_cast<float>(normal[2])};
+        const float size = length(direction), slant = std::max(0.05f, std::fabs(dot(facing, direction)) / size);
+        colors[i] = hatched(axes[plane], rays[i].origin + t * direction, widths[i] * size / slant, instance) * colors[i];
     }
 }
 
@@ -246,9 +397,10 @@ void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, s
 
 void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
                                std::span<Vec3> normals, std::span<Vec3> colors) const {
-    std::fill(normals.begin(), normals.end(), Vec3{});
+    fill_normals(planes_, rays, hits, normals);
     std::fill(colors.begin(), colors.end(), Vec3{1, 1, 1});
-    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+    if (!planes_.empty() && !colors.empty()) color_caps(rays, hits, widths, colors);
+    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
         const std::size_t count = hit_rays.size();
         const std::span<const Ray> met{batch.rays.data(), count};
         const std::span<const Hit> found{batch.hits.data(), count};
@@ -266,8 +418,8 @@ void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneH
 }
 
 void Scene::face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
-    std::fill(normals.begin(), normals.end(), Vec3{});
-    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+    fill_normals(planes_, rays, hits, normals);
+    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
         const std::size_t count = hit_rays.size();
         const std::span<Vec3> vectors{batch.vectors.data(), count};
         instance.shape->face_normals({batch.rays.data(), count}, {batch.hits.data(), count}, vectors);

@@ -11,6 +11,7 @@
 #include "shapes/boxes.h"
 #include "shapes/shape.h"
 #include "tracing/material.h"
+#include "tracing/section.h"
 
 namespace bob {
 
@@ -29,7 +30,7 @@ struct SceneHit {
     float t = std::numeric_limits<float>::infinity();
     std::uint32_t instance = no_instance;
     float start = 0;  // the ray's origin for the shape: t = start + in_shape.t, up to rounding
-    Hit in_shape;
+    Hit in_shape;  // on a cap, only the primitive
 };
 
 class Scene {
@@ -37,7 +38,14 @@ public:
     /// The instances lie within the unit sphere, or slightly beyond; their shapes are prepared.
     explicit Scene(std::vector<Instance> instances);
 
-    /// The first intersection with t > 0 of each ray with any instance.
+    /// The same scene, cut open by at most `max_sections` planes, which keep what lies behind all of them. Where a plane cuts
+    /// a solid there is a cap, with the solid's material. Where solids overlap, that of the smallest box is seen.
+    [[nodiscard]] Scene sectioned(std::span<const SectionPlane> planes) const;
+    [[nodiscard]] std::span<const SectionPlane> sections() const { return planes_; }
+    /// The instances that a section shows without caps, since they enclose no solid.
+    [[nodiscard]] std::vector<std::uint32_t> open_instances() const;
+
+    /// The first intersection with t > 0 of each ray with any instance, or with the cap of a section.
     ///
     /// Of several instances at the same t, the first is visible. A ray's hit depends on that ray alone. Rays are
     /// finite, and should come in batches of `batch_size`.
@@ -54,7 +62,7 @@ public:
     /// The geometric normals at each hit, with the same sign convention.
     void face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
-    /// Whether any shape has colours of its own.
+    /// Whether any shape has colours of its own, or a section hatching.
     [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_; }
     /// Whether any surface is not white; then pictures have colours.
     [[nodiscard]] bool is_colored() const;
@@ -66,9 +74,20 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
 private:
+    struct Caps;
+
+    /// As `closest_hits`, without sections. Finds hits before those that there are, and the caps of rays.
+    void hits_before(std::span<const Ray> rays, std::span<SceneHit> hits, Caps* caps) const;
+    void hits_in_sections(std::span<const Ray> rays, std::span<SceneHit> hits) const;
+    /// The colours of caps with their hatching.
+    void color_caps(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths, std::span<Vec3> colors) const;
+
     std::vector<Instance> instances_;
     BoxBvh tree_;  // of the instances large enough to be visible
     bool has_colored_shapes_ = false;
+    std::vector<SectionPlane> planes_;
+    std::vector<std::uint32_t> ranks_;    // of sections: by the size of the instances' boxes, smallest first
+    std::vector<std::uint8_t> is_solid_;
 };
 
 /// Batch size for `count` rays: large, for shapes that sort rays, but with several batches for each thread.

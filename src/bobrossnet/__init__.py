@@ -46,16 +46,19 @@ from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
+from bobrossnet.tracing.contours import Contours, section
 from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
+from bobrossnet.tracing.section import Section
 from bobrossnet.tracing.trace import SceneTracer, trace
 
 __all__ = [
     "Brep",
     "Camera",
+    "Contours",
     "Drawing",
     "Edges",
     "Face",
@@ -77,6 +80,7 @@ __all__ = [
     "Samples",
     "Scene",
     "SceneTracer",
+    "Section",
     "Shape",
     "Sky",
     "TrimCurve",
@@ -100,6 +104,7 @@ __all__ = [
     "render",
     "save",
     "save_scene",
+    "section",
     "set_thread_count",
     "sheet",
     "ssim",

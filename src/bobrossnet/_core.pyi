@@ -292,6 +292,13 @@ def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color:
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
 
+    def sectioned(self, planes: F64) -> Scene:
+        """The same scene, cut by planes (n, 4): normals of length 1, and offsets, in the unit sphere."""
+
+    @property
+    def open_instances(self) -> list[int]:
+        """Those that a section shows without caps."""
+
     @property
     def to_shapes(self) -> F64:
         """(n, 3, 4): from the unit sphere to the coordinates in which rays meet each shape."""

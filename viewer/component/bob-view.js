@@ -26,6 +26,7 @@
  * | `exposure` | factor of the light, 1 by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `workers` | number of tracing threads; by default the number of processors |
+ * | `loading` | "eager" loads at once; by default once the element is seen |
  * | `base` | the folder with the package's files, for all elements of the page; by default they are next to this module |
  *
  * | event | |
@@ -53,8 +54,9 @@ import { KEYS, home, listenToKeys } from "./keys.js";
 import { LIMITS, limited } from "./limits.js";
 import { Motion } from "./motion.js";
 import { reflect } from "./properties.js";
+import { Sight } from "./sight.js";
 import { style } from "./style.js";
-import { Viewing, coreFor } from "./viewing.js";
+import { Viewing } from "./viewing.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
 import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
 
@@ -68,7 +70,8 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 /** Attributes with properties of the same names. */
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
-  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "workers", "base",
+  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "workers", "loading",
+  "base",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
 
@@ -106,6 +109,7 @@ class Element extends Parent {
   /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
   #resizing = new ResizeObserver(() => this.#resize());
+  #sight = new Sight(this, () => this.#see());
   #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
   #children = new MutationObserver(() => this.#addSpots());
   /** @type {import("./spots.js").Spots | undefined} */
@@ -143,39 +147,33 @@ class Element extends Parent {
   }
 
   connectedCallback() {
-    const address = this.src === null ? null : this.#address;
-    this.#start(coreFor(address ? fileName(address) : ""));
-    this.#describe();
-    this.#resizing.observe(this);
-    this.#children.observe(this, { childList: true });
-    this.#addSpots();
-    if (this.src !== null) this.#open();
-    this.#turn();
-  }
-
-  /** @param {import("./viewing.js").CoreName} core */
-  #start(core) {
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
-    this.#viewing?.end();
-    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize, core }, {
+    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
     this.#resize();
+    this.#describe();
+    this.#resizing.observe(this);
+    this.#children.observe(this, { childList: true });
+    this.#addSpots();
+    this.#sight.begin();
+    this.#see();
+    if (this.src !== null) this.#open();
   }
 
   disconnectedCallback() {
     this.#camera = this.camera;
     this.#resizing.disconnect();
     this.#children.disconnect();
+    this.#sight.end();
     this.#viewing?.end();
     this.#viewing = undefined;
     this.#motion.stop();
     clearTimeout(this.#promptTimer);
     clearTimeout(this.#whereTimer);
-    cancelAnimationFrame(this.#turning);
     this.dispatchEvent(new Event(REMOVED));
   }
 
@@ -215,6 +213,8 @@ class Element extends Parent {
       this.#resize();
     } else if (name === "base") {
       Element.base = value;
+    } else if (name === "loading") {
+      this.#see();
     } else if (name === "auto-rotate" || name === "rotation-per-second") {
       this.#turn();
     } else {
@@ -291,15 +291,14 @@ class Element extends Parent {
    * @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>}
    */
   async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
-    const { schedule } = this.viewing;
+    const { viewing } = this;
     this.#motion.stop();
-    if (this.#saving++ === 0) this.#refines = schedule.refines;
-    schedule.refines = true;
-    schedule.next();
+    if (this.#saving++ === 0) this.#refines = viewing.schedule.refines;
+    viewing.refine(true);
     try {
       await this.converged();
     } finally {
-      if (--this.#saving === 0) schedule.refines = this.#refines;
+      if (--this.#saving === 0) viewing.refine(this.#refines);
     }
     return new Promise((resolve, reject) => this.#canvas.toBlob(
       (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
@@ -397,7 +396,6 @@ class Element extends Parent {
   async #read(name, source) {
     this.#source = [name, source];
     this.ariaBusy = "true";
-    if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
     const { viewing } = this;
     try {
       const turn = await this.#rotationOf(name);
@@ -435,6 +433,8 @@ class Element extends Parent {
     this.#context.transferFromImageBitmap(bitmap);
     if (!this.#isCovered) this.#uncover();
     if (repainted) return;
+    this.#sight.look();
+    if (!this.#sight.isSeen) this.#see();
     this.#spots?.show(batch.camera);
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
     if (!this.#isNew) return;
@@ -574,7 +574,7 @@ class Element extends Parent {
     }
     if (FIELDS.every((name) => after[name] === before[name])) return;
     this.#camera = after;
-    this.#viewing?.change({ camera: after });
+    this.#viewing?.change({ camera: after }, source === "user-interaction");
     this.#cube?.show(after);
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
@@ -584,21 +584,28 @@ class Element extends Parent {
     return delay >= 0 ? delay : IDLE_MS;
   }
 
-  /** Turns by itself while `auto-rotate` applies. */
+  /** Turns by itself while `auto-rotate` applies, and it is seen. */
   #turn() {
     cancelAnimationFrame(this.#turning);
-    if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    if (!this.#sight.isSeen || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
     let last = performance.now();
     const turn = degrees(this.getAttribute("rotation-per-second") ?? "") ?? TURN;
     const step = (/** @type {number} */ now) => {
       this.#turning = requestAnimationFrame(step);
       const since = now - last;
       last = now;
-      if (this.#viewing?.statistics.pictures && !this.#saving && now > this.#touchedAt + this.#idleMs && this.checkVisibility()) {
-        this.#look({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
-      }
+      if (!this.#viewing?.statistics.pictures || this.#saving || now <= this.#touchedAt + this.#idleMs) return;
+      this.#sight.look(); // which may end this
+      if (this.#sight.isSeen) this.#look({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
     };
     this.#turning = requestAnimationFrame(step);
+  }
+
+  /** Works while it is seen, and turns. With `loading="eager"`, the first exact picture does not wait until it is seen. */
+  #see() {
+    const isEager = this.getAttribute("loading") === "eager" && this.#viewing?.statistics.exact === false;
+    this.#viewing?.see(this.#sight.isSeen || isEager);
+    this.#turn();
   }
 }
 

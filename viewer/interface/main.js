@@ -97,10 +97,7 @@ budget.addEventListener("input", () => {
   element("budget-shown", HTMLOutputElement).value = `${budget.value} ms`;
 });
 
-refines.addEventListener("change", () => {
-  schedule.refines = refines.checked;
-  schedule.next();
-});
+refines.addEventListener("change", () => viewing.refine(refines.checked));
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 

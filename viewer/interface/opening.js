@@ -27,7 +27,7 @@ export class Opening {
     this.#state = state;
     this.#viewing = viewing;
     this.#shown = shown;
-    viewing.expectsMore = true;
+    viewing.expectMore();
   }
 
   /** @param {string} name of a file of the gallery @throws {Error} of one sentence if there is none */

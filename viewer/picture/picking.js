@@ -9,7 +9,7 @@ import { projection } from "./projection.js";
  *
  * @param {{x: number, y: number}} place in pixels from the upper left corner
  * @param {import("./camera.js").Size} size @param {import("./camera.js").Camera} camera
- * @param {import("../workers/pool.js").Pool["probe"]} probe
+ * @param {(places: number[], size: import("./camera.js").Size, camera: import("./camera.js").Camera) => Promise<import("../tracing/scene.js").Probe | null>} probe
  * @returns {Promise<Picked | null>} null if there is none
  */
 export async function picked({ x, y }, size, camera, probe) {

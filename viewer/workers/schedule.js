@@ -16,11 +16,16 @@ const SHARE = 0.8; // share of a picture's time for tracing: with more, the page
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // divisors of the size of moving pictures
 const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
 
+/** Numbers of the newest batch and view of the page, whose elements share workers: these go by what is newer. */
+const newest = { batch: 0, view: 0 };
+
 export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
   /** Whether resting views are refined. */
   refines = true;
+  /** Whether other elements wait: then no batch of a moving view is begun before `next`, since their turn may come. */
+  isShared = false;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -41,16 +46,17 @@ export class Schedule {
   #stale = true; // whether the view has another camera, size or scene than requested
   #changedAt = -Infinity;
 
+  #before = 0; // newest view of the page when the workers got the scene
   #view = 0;
   /** @type {Size} of the view */
   #viewSize = this.#size;
   #reached = 0; // traced pixels of the view's sequence
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
-  #batch = 0;
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
+  #shown = 0; // newest batch completed, which may be reported before it is traced
   #timer = 0;
 
   /** @param {Camera} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
@@ -65,11 +71,38 @@ export class Schedule {
 
   /** Shows a scene. @param {import("./pool.js").Pool} pool has the scene */
   show(pool) {
-    if (pool !== this.#pool) this.#tracing = false;
+    const isOther = pool !== this.#pool;
+    if (isOther) this.#tracing = false, this.#before = newest.view;
     this.#pool = pool;
     this.#isKnown = false;
     this.#waiting = [];
     this.change({});
+    if (isOther) this.#changedAt = -Infinity; // nothing moves
+  }
+
+  /** Pauses until workers have the scene again. */
+  stop() {
+    clearTimeout(this.#timer);
+    this.#stale = !this.isDone;
+    this.#pool = undefined;
+    this.#tracing = false;
+    this.#waiting = [];
+  }
+
+  /** Whether there is nothing to trace or complete. */
+  get isDone() {
+    const { height, width } = this.#viewSize, isWhole = this.#reached >= height * width && this.#scale === 1;
+    return !this.#stale && !this.#tracing && this.#waiting.length === 0 && (isWhole || !this.refines);
+  }
+
+  /** Whether the camera, the size or the scene has just changed. */
+  get isMoving() {
+    return performance.now() < this.#changedAt + REST_MS;
+  }
+
+  /** Whether a batch is of the current workers and scene. @param {import("./tracer.js").Batch} batch */
+  owns(batch) {
+    return batch.view > this.#before;
   }
 
   /** @param {{camera?: Partial<Camera>, size?: Size}} what */
@@ -89,7 +122,7 @@ export class Schedule {
     if (!cancelled) {
       this.#isKnown = true;
       this.#pixelMs = completing / (batch.height * batch.width);
-      this.#waiting.push(batch.id);
+      if (batch.id > this.#shown) this.#waiting.push(batch.id);
       this.#reached = reached;
       this.raysPerSecond = 1000 * rays / milliseconds;
     }
@@ -100,8 +133,9 @@ export class Schedule {
   completed({ batch, traced, total, model }) {
     const pixels = batch.height * batch.width;
     if (traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
+    this.#shown = batch.id;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
-    this.next();
+    if (!this.isShared) this.next();
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
   }
 
@@ -109,7 +143,7 @@ export class Schedule {
   next() {
     clearTimeout(this.#timer);
     const ready = this.#pool?.threads ?? 0;
-    if (ready === 0 || this.#tracing || this.#waiting.length > 1) return;
+    if (ready === 0 || this.#tracing || this.#waiting.length > (this.isShared && this.#step === 0 ? 0 : 1)) return;
     if (this.#stale) {
       this.#stale = false;
       this.#scale = this.#scales ? this.#movingScale() : 1;
@@ -141,7 +175,7 @@ export class Schedule {
   /** A new view. @param {number} scale */
   #begin(scale) {
     const { height, width } = this.#size;
-    ++this.#view;
+    this.#view = ++newest.view;
     this.#viewSize = { height: Math.round(height / scale), width: Math.round(width / scale) };
     this.#reached = 0;
   }
@@ -150,6 +184,6 @@ export class Schedule {
   #trace(milliseconds, parts) {
     this.#tracing = true;
     const completed = this.#completed.splice(0);
-    this.#pool?.trace({ id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, milliseconds, completed });
+    this.#pool?.trace({ id: ++newest.batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, milliseconds, completed });
   }
 }

@@ -32,27 +32,29 @@
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
- *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
+ *   | {kind: "connect", completing: MessagePort}
+ *   | {kind: "read", element: number, edition: number, reading: MessagePort}
  *   | {kind: "borrow", lenders: MessagePort[]}
- *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
- *   | {kind: "lead", batch: Batch, others: MessagePort[]}
- *   | {kind: "help", leader: MessagePort}
- *   | {kind: "probe", id: number, places: ArrayLike<number>, size: Size, camera: Camera}
+ *   | {kind: "open", element: number, edition: number, scene: import("../tracing/description.js").SceneDescription}
+ *   | {kind: "forget", element: number}
+ *   | {kind: "lead", element: number, batch: Batch, others: MessagePort[]}
+ *   | {kind: "help", element: number, leader: MessagePort}
+ *   | {kind: "probe", element: number, id: number, places: ArrayLike<number>, size: Size, camera: Camera}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
- *   "open" may also come through the port `reading`; it is answered by "opened" or "failed", and then the previous
- *   scene stays. There is no answer if the tracer has a scene of a later edition: scenes from the port, of edition 0,
- *   may be outdated. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
- *   once; "help" is only answered by "failed"; "probe", at any time, is answered by "probed", with null if there is no
- *   scene
+ *   A tracer keeps a scene for each element until "forget". "open" is answered by "opened" or "failed", and then the
+ *   element's previous scene stays. So is "read", whose scene comes through the port `reading`. There is no answer if
+ *   the element has a scene of a later edition. "lead", with a port to each other tracer of the batch, is answered by
+ *   "traced", after "cancel" at once; "help" is only answered by "failed"; "probe", at any time, is answered by
+ *   "probed", with null if the element has no scene
  *
- * @typedef {{kind: "opened", edition: number, warnings: string[]}
+ * @typedef {{kind: "opened", element: number, edition: number, warnings: string[], memory: number}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
  *   | {kind: "probed", id: number, probe: import("../tracing/scene.js").Probe | null}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
- *   edition: of the requested scene; warnings: a line each; broken: the core is unusable; cancelled: no samples were
- *   sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of the
- *   batch; completing: milliseconds of the fastest completion of its picture, 0 before the first measurement
+ *   edition: of the requested scene; warnings: a line each; memory: bytes of the core; broken: the core is unusable; cancelled: no samples
+ *   were sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of
+ *   the batch; completing: milliseconds of the fastest completion of its picture, 0 before the first measurement
  */
 import { Core, sharedMemoryFor } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -78,7 +80,7 @@ let loan;
 let completing;
 /** Port to the leading tracer, if that is another one. @type {MessagePort | undefined} */
 let leading;
-/** @type {import("../tracing/scene.js").Scene | undefined} */
+/** Of the element at work, as all that follows. @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 let edition = -1; // of the scene
 /**
@@ -93,6 +95,41 @@ let spare;
 let history;
 /** Of the scene. @type {FramePlanner | undefined} */
 let planner;
+
+/**
+ * @typedef {{scene: typeof scene, edition: number, view: typeof view, history: typeof history, planner: typeof planner}} Kept
+ *   what belongs to an element
+ */
+let element = 0; // at work
+/** Of the other elements. @type {Map<number, Kept>} */
+const kept = new Map();
+
+/** Goes on with an element. @param {number} next */
+function turnTo(next) {
+  if (next === element) return;
+  kept.set(element, { scene, edition, view, history, planner });
+  element = next;
+  const own = kept.get(next);
+  ({ scene, view, history, planner } = own ?? { scene: undefined, view: undefined, history: undefined, planner: undefined });
+  edition = own?.edition ?? -1;
+  kept.delete(next);
+}
+
+/** Frees an element's scene. @param {number} which */
+function forget(which) {
+  if (which === element) {
+    cancel();
+    help(undefined);
+    turnTo(0); // which has none
+  }
+  const own = kept.get(which);
+  kept.delete(which);
+  own?.view?.sequence.free();
+  own?.history?.free();
+  own?.planner?.free();
+  own?.scene?.free();
+}
+
 let cancelled = false;
 /** Wakes the wait for other tracers. */
 let wake = () => {};
@@ -111,9 +148,13 @@ const messages = () => new Promise((resolve) => {
 /** @param {Extract<Request, {kind: "open"}>} request */
 async function open(request) {
   const core = await starting;
+  const isAtWork = request.element === element;
+  turnTo(request.element);
   if (request.edition < edition) return;
-  cancel();
-  help(undefined);
+  if (isAtWork) {
+    cancel();
+    help(undefined);
+  }
   try {
     useThreads(core, threads);
     const built = buildScene(core, request.scene);
@@ -123,7 +164,7 @@ async function open(request) {
     forgetViews();
     planner?.free();
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
-    reply({ kind: "opened", edition, warnings: built.warnings });
+    reply({ kind: "opened", element, edition, warnings: built.warnings, memory: core.memory.byteLength });
   } catch (error) {
     const broken = !(error instanceof CoreError); // any error the core does not report is fatal, usually out of memory
     fail(error, broken, request.edition);
@@ -184,10 +225,11 @@ function traceSlice(pixels, size, camera) {
   return { pixels, samples, milliseconds: performance.now() - begin };
 }
 
-/** @param {Batch} batch @param {MessagePort[]} ports to the other tracers */
-async function lead(batch, ports) {
+/** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
+async function lead({ element: own, batch, others: ports }) {
   cancelled = false;
   await starting;
+  turnTo(own);
   if (!scene) throw new Error("lead: expected an open scene");
   const lent = threads > 1 ? batch.parts : 1; // including this one
   useThreads(scene.core, lent);
@@ -244,8 +286,10 @@ async function lead(batch, ports) {
     if (pixels) {
       keep(traceSlice(pixels, size, camera), began);
       await messages();
+      turnTo(own);
     } else if (others.some(({ slices }) => slices > 0)) {
       await new Promise((resolve) => (wake = () => resolve(undefined)));
+      turnTo(own);
     } else {
       break;
     }
@@ -280,14 +324,15 @@ function joined(type, arrays) {
   return all;
 }
 
-/** @param {MessagePort | undefined} port to the current leader */
-function help(port) {
+/** @param {MessagePort | undefined} port to the current leader @param {number} [own] the element */
+function help(port, own = element) {
   leading?.close();
   leading = port;
   if (!port) return;
   /** @param {MessageEvent<Slice>} event */
   port.onmessage = ({ data: { camera, size, pixels } }) => {
     if (port !== leading) return; // from a batch that has ended
+    turnTo(own);
     try {
       const traced = traceSlice(pixels, size, camera);
       port.postMessage(traced, [traced.pixels.buffer, traced.samples.buffer]);
@@ -306,18 +351,23 @@ function receive({ data }) {
   } else if (data.kind === "connect") {
     completing = data.completing;
     completing.onmessage = ({ data: array }) => (spare = array);
-    data.reading.onmessage = receive;
+  } else if (data.kind === "read") {
+    const { reading, element, edition } = data;
+    reading.onmessage = ({ data: scene }) => open({ kind: "open", element, edition, scene });
+  } else if (data.kind === "forget") {
+    forget(data.element);
   } else if (data.kind === "borrow") {
     threads = 1 + data.lenders.length;
     starting.then(() => data.lenders.forEach((port) => port.postMessage(loan)));
   } else if (data.kind === "open") {
     open(data);
   } else if (data.kind === "lead") {
-    lead(data.batch, data.others).catch((error) => fail(error));
+    lead(data).catch((error) => fail(error));
   } else if (data.kind === "help") {
-    help(data.leader);
+    help(data.leader, data.element);
   } else if (data.kind === "probe") {
-    reply({ kind: "probed", id: data.id, probe: scene?.probe(data.places, data.size, data.camera) ?? null });
+    const { id, places, size, camera } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
+    reply({ kind: "probed", id, probe: of?.probe(places, size, camera) ?? null });
   } else {
     cancel();
   }

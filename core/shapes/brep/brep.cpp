@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/mutex.h"
+#include "base/thread_memory.h"
 #include "base/work.h"
 #include "shapes/sphere_around.h"
 
@@ -206,7 +207,105 @@ void Brep::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
 }
 
 void Brep::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
-    best_piece_kernels().normals(pieces_, rays, hits.data(), normals.data());
+    best_piece_kernels().normals(pieces_, hits, normals.data());
+    for (std::size_t i = 0; i < hits.size(); ++i) normals[i] = dot(normals[i], rays[i].direction) > 0 ? -normals[i] : normals[i];
+}
+
+void Brep::sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const {
+    struct Memory {
+        std::vector<Vec3> normals;
+    };
+    auto& [normals] = thread_memory<Memory>();
+    normals.resize(hits.size());
+    best_piece_kernels().normals(pieces_, hits, normals.data());
+    for (std::size_t i = 0; i < hits.size(); ++i) sides[i] = {pieces_.patches[hits[i].primitive].face, dot(normals[i], rays[i].direction) <= 0};
+}
+
+Solid Brep::find_solid() const {
+    constexpr std::size_t least_lines = 2048, most_lines = 32768, least_in_face = 8;
+    const std::size_t faces = regions_.size(), in_face = std::clamp(least_lines / faces, least_in_face, most_lines);
+    std::vector<std::vector<const Patch*>> patches(faces);
+    for (const Patch& patch : pieces_.patches) patches[patch.face].push_back(&patch);
+    std::vector<Ray> lines;
+    for (const auto& of_face : patches) {
+        // Points of the face on a sequence that fills its patches evenly, at most some tries for each line.
+        std::size_t found = 0;
+        for (std::size_t i = 0; i < 8 * in_face && found < in_face && lines.size() < most_lines && !of_face.empty(); ++i) {
+            const auto share = [&](double step) { return std::fmod(0.5 + step * static_cast<double>(i), 1.0); };
+            const Patch& patch = *of_face[i % of_face.size()];
+            const double u = share(0.7548776662), v = share(0.5698402910);
+            if (patch.coverage(u, v) != TrimRegion::Coverage::all) continue;
+            const BezierPatch bezier = bezier_patch(pieces_, patch);
+            const Hit at{0, static_cast<float>(u), static_cast<float>(v), static_cast<std::uint32_t>(&patch - pieces_.patches.data())};
+            Vec3 normal;
+            best_piece_kernels().normals(pieces_, {&at, 1}, &normal);
+            lines.push_back(line_through(euclidean(part(bezier, u, 1, v, 1).control_points[0]), normal, static_cast<std::uint32_t>(lines.size())));
+            ++found;
+        }
+    }
+    return bob::find_solid(*this, faces, lines, [&](std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> at) { sides(rays, hits, at); });
+}
+
+bool Brep::prepare_inside() const {
+    solid_.prepare([&] { return find_solid(); });
+    return solid_.get()->is_closed;
+}
+
+void Brep::vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const {
+    struct Memory {
+        std::vector<Vec3> normals;
+        std::vector<std::uint8_t> inside;
+    };
+    auto& [normals, inside] = thread_memory<Memory>();
+    normals.resize(hits.size()), inside.resize(hits.size());
+    const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
+    bob::starts_inside(*this, *solid_.get(), sides_of, rays, hits, inside);
+    best_piece_kernels().normals(pieces_, hits, normals.data());
+    constexpr float edge_on = 1e-3f;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const Patch& patch = pieces_.patches[hits[i].primitive];
+        const bool is_doubtful = std::fabs(dot(normals[i], rays[i].direction)) < edge_on * length(rays[i].direction) ||
+                                 patch.coverage(double{hits[i].u}, double{hits[i].v}) != TrimRegion::Coverage::all;
+        votes[i] = is_doubtful ? 0 : inside[i] ? 1 : -1;
+    }
+}
+
+void Brep::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    std::vector<int> sums(rays.size());
+    vote(rays, hits, sums);
+    // Edges may gape by the tolerance, and faces extend beyond their trims. So two directions have to agree.
+    constexpr Vec3 back{}, ways[] = {back, {-0.31f, 0.83f, 0.47f}, {0.23f, -0.59f, 0.77f}, {0.41f, 0.29f, -0.86f}};
+    std::vector<Ray> tried;
+    std::vector<Hit> met;
+    std::vector<std::uint32_t> of;
+    std::vector<int> votes;
+    for (const Vec3& way : ways) {
+        tried.clear(), of.clear();
+        for (std::uint32_t i = 0; i < rays.size(); ++i) {
+            if (std::abs(sums[i]) >= 2) continue;
+            const Vec3 direction = rays[i].direction;
+            tried.push_back({rays[i].origin, &way == ways ? -direction : length(direction) * way}), of.push_back(i);
+        }
+        if (of.empty()) break;
+        met.resize(tried.size());
+        closest_hits(tried, met);
+        std::size_t count = 0;
+        for (std::size_t j = 0; j < tried.size(); ++j) {
+            if (met[j].primitive == no_primitive) {
+                --sums[of[j]];
+            } else {
+                of[count] = of[j], tried[count] = tried[j], met[count] = met[j], ++count;
+            }
+        }
+        votes.assign(count, 0);
+        vote({tried.data(), count}, {met.data(), count}, votes);
+        for (std::size_t j = 0; j < count; ++j) sums[of[j]] += votes[j];
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) inside[i] = sums[i] > 0;
+}
+
+void Brep::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {
+    std::fill_n(colors.begin(), points.size(), solid_.get()->color);
 }
 
 void Brep::colors(std::span<const Ray>, std::span<const Hit> hits, std::span<const float>, std::span<Vec3> colors) const {

@@ -126,13 +126,13 @@ inline Normals normals_at(const PatchLanes<lanes>& patches, F u, F v, float para
     return {{n[0], n[1], n[2]}, square(n) > parallel * square(s_u) * square(s_v)};
 }
 
-void normals(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, Vec3* normals) {
+void normals(const Pieces& pieces, std::span<const Hit> hits, Vec3* normals) {
     const auto degrees = [&](std::size_t i) { return pieces.patches[hits[i].primitive].degrees; };
     PatchLanes<lanes> patches;
-    for (std::size_t begin = 0, end; begin < rays.size(); begin = end) {
+    for (std::size_t begin = 0, end; begin < hits.size(); begin = end) {
         F u{}, v{};
         std::uint32_t patch[lanes];
-        for (end = begin; end < rays.size() && end - begin < lanes && degrees(end) == degrees(begin); ++end) {
+        for (end = begin; end < hits.size() && end - begin < lanes && degrees(end) == degrees(begin); ++end) {
             const auto lane = end - begin;
             patch[lane] = hits[end].primitive, u[lane] = hits[end].u, v[lane] = hits[end].v;
         }
@@ -154,8 +154,7 @@ void normals(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, V
         if (bits(wanted & ~found.known)) find(0, 0);  // for a needle
         for (std::size_t i = begin; i < end; ++i) {
             const auto lane = i - begin;
-            const Vec3 normal = normalized({found.x[0][lane], found.x[1][lane], found.x[2][lane]});
-            normals[i] = bob::dot(normal, rays[i].direction) > 0 ? -normal : normal;
+            normals[i] = normalized({found.x[0][lane], found.x[1][lane], found.x[2][lane]});
         }
     }
 }

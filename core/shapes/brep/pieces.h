@@ -98,8 +98,8 @@ struct PieceKernels {
     /// The nearest intersection with t > 0 of each ray. The primitive is the patch, u and v are its parameters, 0..1.
     void (*closest_hits)(const Pieces& pieces, std::span<const Ray> rays, Hit* hits);
 
-    /// The unit normals at hits, facing the rays' origins.
-    void (*normals)(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, Vec3* normals);
+    /// The unit normals at hits, along dS/du x dS/dv.
+    void (*normals)(const Pieces& pieces, std::span<const Hit> hits, Vec3* normals);
 };
 
 BOB_DECLARE_KERNELS(PieceKernels, piece_kernels)

@@ -126,7 +126,8 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
     if (unresolved) unresolved_rays_ += static_cast<std::uint64_t>(unresolved);
 }
 
-void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
+template <class Use>
+void Implicit::for_each_slope(std::span<const Ray> rays, std::span<const Hit> hits, Use use) const {
     void* const memory = scratch(cells_.max_registers());
     const std::vector<Cells::Cell>& cells = cells_.cells();
     const auto code_of = [&](std::uint32_t i) { return cells[hits[i].primitive].code; };
@@ -147,15 +148,27 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
             formula_kernels_for(items.size()).gradients(cells_.code(code), points, count, true, value, gradients, memory);
             for (int lane = 0; lane < count; ++lane) {
                 if (!(without >> lane & 1)) continue;
-                const Vec3 direction = rays[items[lane]].direction;
-                const Vec3 normal = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
-                const bool none = dot(normal, normal) == 0;
-                // Without a gradient there, too, the surface is assumed to face the ray.
-                normals[items[lane]] = none ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
-                if (!none) without &= ~(1u << lane);
+                const Vec3 slope = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
+                use(items[lane], Slope{slope, value[lane]});
+                if (dot(slope, slope) > 0) without &= ~(1u << lane);
             }
             if (!without) break;
         }
+    });
+}
+
+void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
+    for_each_slope(rays, hits, [&](std::uint32_t i, const Slope& slope) {
+        const Vec3 normal = slope.gradient, direction = rays[i].direction;
+        // Without a gradient, the surface is assumed to face the ray.
+        normals[i] = dot(normal, normal) == 0 ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
+    });
+}
+
+void Implicit::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    for_each_slope(rays, hits, [&](std::uint32_t i, const Slope& slope) {
+        const float rise = dot(slope.gradient, rays[i].direction);
+        inside[i] = rise != 0 ? rise > 0 : slope.value < 0;
     });
 }
 

@@ -28,6 +28,12 @@ public:
     [[nodiscard]] bool is_colored() const override { return painting_.has_value(); }
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
+    /// The inside is where f is negative.
+    [[nodiscard]] bool prepare_inside() const override { return true; }
+    void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
+    /// Those of the formula there.
+    void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override { this->colors(points, colors); }
+
     [[nodiscard]] std::size_t bytes() const override { return cells_.bytes() + (painting_ ? painting_->bytes() : 0); }
 
     /// Of a shape with colours: linear RGB, 0..1, at points in the coordinates of rays, on the surface or not.
@@ -40,6 +46,14 @@ public:
     [[nodiscard]] std::uint64_t unresolved_rays() const { return unresolved_rays_; }
 
 private:
+    /// The slope and the value of f just before each hit, or at it.
+    struct Slope {
+        Vec3 gradient;  // of length 1, or 0 if there is none
+        float value;
+    };
+    template <class Use>
+    void for_each_slope(std::span<const Ray> rays, std::span<const Hit> hits, Use use) const;
+
     Cells cells_;
     std::optional<Painting> painting_;
     mutable Outline outline_;

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "base/interruption.h"
+#include "shapes/mesh/shells.h"
 
 namespace bob {
 namespace {
@@ -309,6 +310,62 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
     const Vec3 facing = dot(face, ray_direction) > 0 ? -face : face;
     if (dot(smooth, smooth) == 0) return facing;
     return dot(smooth, facing) < 0 ? -smooth : smooth;
+}
+
+void Mesh::sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const std::uint32_t triangle = hits[i].primitive;
+        sides[i] = {triangle, dot(prepared_->face_normals[triangle], rays[i].direction) <= 0};
+    }
+}
+
+Solid Mesh::find_solid() const {
+    const std::vector<Vec3> points = in_unit_sphere();
+    const std::span<const Triangle> triangles = arrays_.triangles;
+    const Shells shells = find_shells(points, triangles);
+    // Through triangles all over the mesh, and through some of each shell.
+    constexpr std::size_t most_lines = 2048, most_in_shells = 16384, most_in_shell = 4;
+    std::vector<Ray> lines;
+    const auto add = [&](std::size_t triangle) {
+        const auto& [a, b, c] = triangles[triangle];
+        const Vec3 middle = (1.f / 3) * (points[a] + points[b] + points[c]);
+        lines.push_back(line_through(middle, prepared_->face_normals[triangle], static_cast<std::uint32_t>(lines.size())));
+    };
+    for (std::size_t i = 0; i < most_lines; ++i) add(i * triangles.size() / most_lines);
+    if (shells.count > 1) {
+        std::vector<std::uint8_t> counts(shells.count);
+        for (std::size_t t = 0; t < triangles.size() && lines.size() < most_lines + most_in_shells; ++t) {
+            if (counts[shells.of[t]] < most_in_shell) ++counts[shells.of[t]], add(t);
+        }
+    }
+    Solid solid = bob::find_solid(*this, shells.count, lines, [&](std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> at) {
+        sides(rays, hits, at);
+        for (Side& side : at) side = {shells.of[side.part], side.is_front != (shells.reversed[side.part] != 0)};
+    });
+    // From shells to triangles.
+    std::vector<std::uint8_t> turned(triangles.size());
+    bool any = false;
+    for (std::size_t t = 0; t < turned.size(); ++t) {
+        turned[t] = (!solid.turned.empty() && solid.turned[shells.of[t]]) != (shells.reversed[t] != 0);
+        any = any || turned[t];
+    }
+    if (!any) turned.clear();
+    solid.turned = std::move(turned);
+    return solid;
+}
+
+bool Mesh::prepare_inside() const {
+    solid_.prepare([&] { return find_solid(); });
+    return solid_.get()->is_closed;
+}
+
+void Mesh::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
+    bob::starts_inside(*this, *solid_.get(), sides_of, rays, hits, inside);
+}
+
+void Mesh::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {
+    std::fill_n(colors.begin(), points.size(), solid_.get()->color);
 }
 
 std::size_t Mesh::bytes() const {

@@ -14,6 +14,7 @@
 #include "shapes/mesh/texture.h"
 #include "shapes/mesh/triangles.h"
 #include "shapes/shape.h"
+#include "shapes/solid.h"
 
 namespace bob {
 
@@ -29,7 +30,7 @@ public:
         float texels;
     };
 
-    /// The user's data, not copied. It is read until `prepare` is done, and by `bounds` and `radius`.
+    /// The user's data, not copied. It is read until `prepare` is done, and by `bounds`, `radius` and `prepare_inside`.
     struct Arrays {
         std::span<const Point> vertices;
         std::span<const Triangle> triangles;  // at least one, of vertex indices
@@ -65,6 +66,11 @@ public:
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
+    [[nodiscard]] bool prepare_inside() const override;
+    void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
+    /// The most frequent colour of the surface.
+    void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override;
+
     /// The unit normals at the triangles' corners, which shading interpolates.
     [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 
@@ -85,6 +91,9 @@ private:
         std::unique_ptr<const Holes> holes;
     };
 
+    [[nodiscard]] Solid find_solid() const;
+    /// The sides of triangles, each a part.
+    void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const;
     [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
     [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const;
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
@@ -112,6 +121,7 @@ private:
     std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are used
     Extent extent_;
     mutable Outline outline_;
+    mutable Once<Solid> solid_;
     mutable Mutex preparing_;
     mutable std::unique_ptr<const Prepared> prepared_;
 };

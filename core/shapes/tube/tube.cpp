@@ -179,24 +179,44 @@ void Tube::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
     for (std::size_t i = 0; i < hits.size(); ++i) normals[i] = normal(rays[i], hits[i]);
 }
 
-/// From the ball alone, in double precision: hit.t is less exact than the normals of a thin tube need.
+namespace {
+
+/// A ray next to the ball that it hits, in double precision: hit.t is less exact than the normals of a thin tube need.
+struct Passage {
+    double foot[3];  // of the perpendicular from the centre to the ray
+    double half;     // of the ray's length in the ball
+    bool leaves;     // the ray is inside before the hit
+
+    Passage(const Ray& ray, const Hit& hit, const Ball& ball) {
+        const double direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+        const double from_centre[3] = {ray.origin.x - ball[0], ray.origin.y - ball[1], ray.origin.z - ball[2]};
+        double scale = 0, along = 0, across = 0;
+        for (int i = 0; i < 3; ++i) scale += direction[i] * direction[i];
+        for (int i = 0; i < 3; ++i) along -= from_centre[i] * direction[i] / scale;
+        for (int i = 0; i < 3; ++i) {
+            foot[i] = from_centre[i] + along * direction[i];
+            across += foot[i] * foot[i];
+        }
+        half = std::sqrt(std::max(ball[3] * ball[3] - across, 0.0) / scale);
+        leaves = !(hit.t < along);
+    }
+};
+
+}  // namespace
+
 Vec3 Tube::normal(const Ray& ray, const Hit& hit) const {
     const Ball ball = ball_at(pieces_[hit.primitive], hit.u);
-    const double direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-    const double from_centre[3] = {ray.origin.x - ball[0], ray.origin.y - ball[1], ray.origin.z - ball[2]};
-    double scale = 0, along = 0, across = 0;
-    for (int i = 0; i < 3; ++i) scale += direction[i] * direction[i];
-    for (int i = 0; i < 3; ++i) along -= from_centre[i] * direction[i] / scale;
-    double foot[3];  // of the perpendicular from the centre to the ray
-    for (int i = 0; i < 3; ++i) {
-        foot[i] = from_centre[i] + along * direction[i];
-        across += foot[i] * foot[i];
-    }
-    const double half = std::sqrt(std::max(ball[3] * ball[3] - across, 0.0) / scale);
-    const double side = hit.t < along ? 1 : -1;  // from inside, the ray leaves the ball and sees its inside
+    const Passage at(ray, hit, ball);
+    const double side = at.leaves ? -1 : 1;  // from inside, the ray sees the inside of the ball
     Vec3 result;
-    for (int i = 0; i < 3; ++i) result[i] = static_cast<float>((side * foot[i] - half * direction[i]) / ball[3]);
+    for (int i = 0; i < 3; ++i) {
+        result[i] = static_cast<float>((side * at.foot[i] - at.half * static_cast<double>(ray.direction[i])) / ball[3]);
+    }
     return normalized(result);
+}
+
+void Tube::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) inside[i] = Passage(rays[i], hits[i], ball_at(pieces_[hits[i].primitive], hits[i].u)).leaves;
 }
 
 Place Tube::place(const Hit& hit) const {

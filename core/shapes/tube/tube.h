@@ -28,6 +28,9 @@ public:
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
+    [[nodiscard]] bool prepare_inside() const override { return true; }
+    void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
+
     /// u is the parameter of the ball that was hit, v is 0.
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::size_t bytes() const override;

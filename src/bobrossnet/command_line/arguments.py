@@ -16,6 +16,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.pictures.background import BLACK
 from bobrossnet.pictures.drawing import Edges
 from bobrossnet.tracing.scene import Scene
+from bobrossnet.tracing.section import Section
 
 FILES = "; ".join(
     [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
@@ -29,12 +30,13 @@ def add_files(parser: argparse.ArgumentParser) -> None:
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """Return the scene of the given files, with the requested up axis."""
+    """Return the scene of the given files, with the requested up axis and sections."""
     import bobrossnet as bob
 
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
-        return bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+        scene = bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    return scene.sectioned(getattr(options, "section", None))
 
 
 def _of_standard_input(ending: str | None, folder: str) -> str:
@@ -151,6 +153,28 @@ def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
     if not (wanted or options.edges or options.hidden or look):
         return None
     return Edges(**look, hidden=options.hidden)
+
+
+def add_section(parser: argparse.ArgumentParser) -> None:
+    """Add --section, planes that cut the shapes open."""
+    parser.add_argument(
+        "--section",
+        action="append",
+        type=section,
+        metavar="PLANE",
+        help="cut the shapes open: x=0 and x<0 keep what is below x = 0, so that the camera sees the cut, and x>0 what "
+        "is above; in the shapes' units, up to six times",
+    )
+
+
+def section(text: str) -> Section:
+    """Parse a section such as x=0."""
+    from bobrossnet.support.errors import InputError
+
+    try:
+        return Section(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("section: ")) from None
 
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:

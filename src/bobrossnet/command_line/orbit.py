@@ -33,6 +33,7 @@ def add(commands: Any) -> None:
     arguments.add_background(orbit, "#ffffff")
     arguments.add_light(orbit)
     arguments.add_edges(orbit)
+    arguments.add_section(orbit)
     arguments.add_scheduler(orbit)
 
 

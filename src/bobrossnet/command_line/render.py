@@ -93,6 +93,7 @@ def add(commands: Any) -> None:
         help="lines: the edges alone, on white, as a picture or as .svg (default: shaded)",
     )
     arguments.add_edges(render)
+    arguments.add_section(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
     add_report(render)
 
@@ -167,7 +168,9 @@ def run(options: argparse.Namespace) -> None:
     scene = arguments.scene_of(options)
     scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
-        camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
+        camera = fitted(
+            scene.sectioned(None), camera, size=options.size, margin=margin_of(scene, options.light, options.ground)
+        )
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
     if is_lines:

@@ -34,6 +34,7 @@ def add(commands: Any) -> None:
     sheet.add_argument("--unit", default="", help="follows the dimensions, such as mm")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
+    arguments.add_section(sheet)
     told = "default: sheet.png; - writes a PNG to standard output"
     sheet.add_argument("-o", "--out", default="sheet.png", metavar="PICTURE", help=told)
     add_report(sheet)

@@ -28,6 +28,7 @@ from bobrossnet.support.threads import Turns
 from bobrossnet.tracing.light import HEADLIGHT, LightLike, check_light
 from bobrossnet.tracing.lit import shows_shadows
 from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples | SamplesFuture]
@@ -62,6 +63,8 @@ class View:
     light, ground
         As in `render`. Light and its paths stay on their surfaces when the camera moves. "studio" is placed relative
         to the first frame's camera.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
     seed : int, 0..2**64 - 1
 
     Raises
@@ -88,6 +91,7 @@ class View:
         model: NetworkLike = AUTO,
         light: LightLike = None,
         ground: bool | None = None,
+        section: SectionLike = None,
         seed: int = 0,
     ) -> None:
         if (scene is None) == (tracer is None):
@@ -96,7 +100,9 @@ class View:
         if tracer is not None and not callable(tracer):
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
         self.size = check_size(size)
-        self._scene = None if scene is None else as_scene(scene)
+        if tracer is not None and section is not None:
+            raise InputError("section: expected none with a tracer, which has its own scene")
+        self._scene = None if scene is None else as_scene(scene, section)
         self._tracer = tracer
         self._layout: Layout | None = None  # for a user's tracer: known after its first call
         if self._scene is not None:

@@ -17,7 +17,8 @@ from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import lit_tracer
-from bobrossnet.tracing.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 
@@ -36,6 +37,7 @@ def progressive(
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
+    section: SectionLike = None,
 ) -> Iterator[Frame]:
     """Trace step by step, with a complete picture after each step, until every pixel is exact.
 
@@ -80,6 +82,8 @@ def progressive(
         Under another light than the headlight, pictures are completed along first hits instead.
     light, ground
         As in `render`. Each traced pixel takes 16 light paths; with `until`, pixels are traced again.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
 
     Yields
     ------
@@ -107,11 +111,13 @@ def progressive(
     lit = None
     if tracer is None:
         assert scene is not None
-        camera = Camera() if camera is None else camera
+        camera, scene = Camera() if camera is None else camera, as_scene(scene, section)
         lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
         tracer = lit or SceneTracer(scene, camera, size)
     elif light is not None or ground is not None:
         raise InputError("light: expected none with a tracer, which has its own")
+    elif section is not None:
+        raise InputError("section: expected none with a tracer, which has its own scene")
     follows = name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))
     if lit is not None or (scene is None and follows):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None

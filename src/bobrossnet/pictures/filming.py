@@ -27,6 +27,7 @@ from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer, check_number, each_of
 from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -51,7 +52,7 @@ class Film:
     scene : Scene, Shape, Instance or iterable of these
     cameras : iterable of Camera
         One camera for each picture.
-    size, samples, background, fraction, model, light, ground, edges
+    size, samples, background, fraction, model, light, ground, edges, section
         As in `render`.
     scheduler : address of a Dask scheduler, optional
         The scheduler's workers, with this package installed, render the pictures.
@@ -75,9 +76,10 @@ class Film:
         light: LightLike = None,
         ground: bool | None = None,
         edges: EdgesLike = False,
+        section: SectionLike = None,
         scheduler: str | None = None,
     ) -> None:
-        self.scene = as_scene(scene)
+        self.scene = as_scene(scene, section)
         self.cameras: Sequence[Camera] = tuple(each_of("cameras", cameras, "cameras"))
         if not self.cameras:
             raise InputError("cameras: expected at least one, got none")
@@ -172,6 +174,7 @@ def orbit(
     light: LightLike = None,
     ground: bool | None = None,
     edges: EdgesLike = False,
+    section: SectionLike = None,
     scheduler: str | None = None,
 ) -> Film:
     """Make a film of one turn around a scene, anticlockwise seen from above.
@@ -183,7 +186,7 @@ def orbit(
         First camera, on an orbit.
     frames : int, 1..10000
         Number of pictures in the turn.
-    size, samples, background, fraction, model, light, ground, edges
+    size, samples, background, fraction, model, light, ground, edges, section
         As in `render`.
     scheduler
         As in `Film`.
@@ -209,7 +212,7 @@ def orbit(
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(
         scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model,
-        light=light, ground=ground, edges=edges, scheduler=scheduler,
+        light=light, ground=ground, edges=edges, section=section, scheduler=scheduler,
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
 
 SEEN = Layout("mask,color,alpha")
@@ -57,6 +58,7 @@ def render(
     light: LightLike = None,
     ground: bool | None = None,
     edges: EdgesLike = False,
+    section: SectionLike = None,
     progress: Callable[[float], None] | None = None,
 ) -> Picture:
     """Render a picture with every pixel traced and edges antialiased, or with some traced and the others completed.
@@ -84,6 +86,8 @@ def render(
         scene has it, otherwise with "studio" alone.
     edges : bool or Edges
         Whether to draw lines at edges, as in `draw`, and which.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
     progress : callable, optional
         Called from time to time with the share of first rays traced, 0..1.
 
@@ -105,7 +109,7 @@ def render(
     >>> picture.rgba.shape, picture.rgba[0, 0].tolist()
     ((120, 160, 4), [255, 255, 255, 255])
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, section)
     camera = Camera() if camera is None else camera
     check_picture(samples, background, size)
     lines = check_edges(edges)

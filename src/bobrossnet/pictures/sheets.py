@@ -22,6 +22,7 @@ from bobrossnet.support.errors import InputError, InputTypeError, check_choice, 
 from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Extent, Scene, SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -78,6 +79,7 @@ def sheet(
     unit: str = "",
     edges: bool = True,
     names: bool = True,
+    section: SectionLike = None,
 ) -> Picture:
     """Draw views of a scene to one scale, with its edges, dimensions and a scale bar.
 
@@ -97,6 +99,8 @@ def sheet(
         Draw edges, as in `draw`.
     names : bool
         Name up to twelve parts in the isometric view, if they have different names.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
 
     Returns
     -------
@@ -116,7 +120,7 @@ def sheet(
     """
     from PIL import Image, ImageDraw
 
-    scene = as_scene(scene)
+    scene = as_scene(scene, section)
     height, width = check_size(size)
     if min(height, width) < 240:
         raise InputError(f"size: expected at least 240x240, got {width}x{height}")

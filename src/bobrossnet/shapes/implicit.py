@@ -60,12 +60,12 @@ class Implicit(Shape):
     def within(cls, expression: _core.Expression, bounds: NDArray[np.float64]) -> Implicit:
         """Make the surface of a formula within known bounds, without deriving them."""
         shape = cls(expression)
-        shape._box = bounds
+        shape.domain = bounds
         return shape
 
     @lazy
     def core(self) -> _core.Implicit:
-        surface = _core.Implicit(self.expression, self._box, self.color_formula)
+        surface = _core.Implicit(self.expression, self.domain, self.color_formula)
         if not surface.cells:
             raise InputError("shape: expected a surface within the bounds, got none")
         if surface.is_coarse:
@@ -73,8 +73,8 @@ class Implicit(Shape):
         return surface
 
     @lazy
-    def _box(self) -> NDArray[np.float64]:
-        """Return the given bounds, or the formula's bounds."""
+    def domain(self) -> NDArray[np.float64]:
+        """(2, 3): the given bounds, or the formula's; the surface is cut off there."""
         if self.bounds is not None:
             return self.bounds
         try:

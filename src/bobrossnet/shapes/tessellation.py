@@ -45,6 +45,7 @@ class Part(NamedTuple):
     triangles: I32  # (t, 3)
     borders: int  # the first `borders` points lie on the face's border
     color: NDArray[np.float32] | None  # (3,), linear
+    uv: Values  # (n, 2), the points' parameters
 
 
 def tessellated(brep: Brep, step: float) -> Mesh:
@@ -54,7 +55,7 @@ def tessellated(brep: Brep, step: float) -> Mesh:
     count = 0
     for i, face in enumerate(brep.faces):
         try:
-            part = _part(face, step, MAX_TRIANGLES - count, None if colors is None else colors[i])
+            part = tessellated_face(face, step, MAX_TRIANGLES - count, None if colors is None else colors[i])
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
@@ -72,7 +73,8 @@ def tessellated(brep: Brep, step: float) -> Mesh:
 # ---- One face ------------------------------------------------------------------------------------------------------
 
 
-def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None) -> Part:
+def tessellated_face(face: Face, step: float, most: int, color: NDArray[np.float32] | None = None) -> Part:
+    """Return the mesh of a face, of at most so many triangles; ValueError if its trims cross."""
     grid = _Grid(face, step, most)
     loops = border(face, step)
     uv = np.concatenate(loops)
@@ -92,7 +94,7 @@ def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None)
     sides: I32 = np.ascontiguousarray(place[edges[edges[:, 0] != edges[:, 1]]])
     triangles = _core.triangulate(np.ascontiguousarray(whole[order], np.int32), sides)
     at = np.concatenate([uv, inner])[order]
-    return Part(points_at(face, at), triangles, int(np.count_nonzero(order < len(uv))), color)
+    return Part(points_at(face, at), triangles, int(np.count_nonzero(order < len(uv))), color, at)
 
 
 def border(face: Face, step: float) -> list[Values]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
@@ -18,6 +19,7 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import (
     InputError,
     InputTypeError,
+    InputWarning,
     check_array,
     check_finite,
     check_flag,
@@ -27,6 +29,7 @@ from bobrossnet.support.errors import (
 from bobrossnet.support.threads import lazy
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import LightLike, check_light
+from bobrossnet.tracing.section import Section, SectionLike, check_sections
 
 MAX_INSTANCES = 100_000
 """Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
@@ -44,9 +47,10 @@ class Hits(NamedTuple):
     instance: NDArray[np.int32]
     """(n,) index into `Scene.instances`; -1 for a miss."""
     primitive: NDArray[np.int32]
-    """(n,) primitive of the shape, such as a mesh's triangle or a brep's face; -1 for a miss."""
+    """(n,) primitive of the shape, such as a mesh's triangle or a brep's face; -1 for a miss, -2 - i on the cap of
+    section i."""
     u: NDArray[np.float64]
-    """(n,) parametric position on the primitive, together with v; 0 for a miss.
+    """(n,) parametric position on the primitive, together with v; 0 for a miss or on a cap.
 
     Parameters of a face; the parameter of a tube, and 0; barycentric weights of a triangle's first and second corner.
     """
@@ -81,12 +85,17 @@ class Scene:
         As in `render`: the default light of its pictures. Scene files do not store it.
     ground : bool, optional
         As in `render`, likewise.
+    section : Section, text such as "x=0", or up to six of them, optional
+        Planes that cut the scene open: what all of them keep is seen. Where a plane cuts a solid, a hatched cap of the
+        solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere stays.
+        Scene files do not store sections.
 
     Attributes
     ----------
     instances : tuple of Instance
     light, ground
         As given; environments are loaded.
+    section : tuple of Section
     center : (3,) float64
     radius : float, above 0
 
@@ -96,7 +105,16 @@ class Scene:
         If there are no shapes, more than `MAX_INSTANCES`, or a scene of no extent.
     """
 
-    def __init__(self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None) -> None:
+    def __init__(
+        self,
+        shapes: SceneLike,
+        *,
+        light: LightLike = None,
+        ground: bool | None = None,
+        section: SectionLike = None,
+    ) -> None:
+        self.section = check_sections(section)
+        self._whole = self  # without sections, whose core others share
         self.light = check_light(light)
         self.ground = ground if ground is None else check_flag("ground", ground)
         self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
@@ -118,7 +136,8 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made_again, (self.instances, self.light, self.ground)  # the core's objects can't be copied
+        # The core's objects can't be copied.
+        return _made_again, (self.instances, self.light, self.ground, self.section)
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -136,8 +155,8 @@ class Scene:
 
     @property
     def is_colored(self) -> bool:
-        """Whether any surface is not white; pictures then have colours."""
-        return any(not i.material.is_white or i.shape.is_colored for i in self.instances)
+        """Whether any surface is not white, or a section has hatching; pictures then have colours."""
+        return bool(self.section) or any(not i.material.is_white or i.shape.is_colored for i in self.instances)
 
     @property
     def boxes(self) -> NDArray[np.float64]:
@@ -147,8 +166,8 @@ class Scene:
     @lazy
     def extent(self) -> Extent:
         """The smallest box around all surfaces. Exact for scenes of meshes; other surfaces are met by rays from six
-        sides, which may miss parts thinner than 1/256 of it."""
-        return _measured(self)
+        sides, which may miss parts thinner than 1/256 of it. Sections do not change it."""
+        return _measured(self) if self._whole is self else self._whole.extent
 
     @property
     def unresolved_rays(self) -> int:
@@ -162,7 +181,22 @@ class Scene:
     def turned_upright(self) -> Scene:
         """Return the scene rotated from y up, the habit of games and films, to z up."""
         instances = (instance.transformed(UPRIGHT) for instance in self.instances)
-        return Scene(instances, light=self.light, ground=self.ground)
+        section = [section.transformed(UPRIGHT) for section in self.section]
+        return Scene(instances, light=self.light, ground=self.ground, section=section)
+
+    def sectioned(self, section: SectionLike) -> Scene:
+        """Return the same scene with other sections, or with none; it shares all memory, and takes no time to build.
+
+        Parameters
+        ----------
+        section : Section, text such as "x=0", up to six of them, or None
+            As in `Scene`; they replace those of this scene.
+        """
+        scene = object.__new__(Scene)
+        kept = ("light", "ground", "instances", "_arrangement", "center", "radius")
+        scene.__dict__.update({name: self.__dict__[name] for name in kept})
+        scene.section, scene._whole = check_sections(section), self._whole
+        return scene
 
     def mesh(self, step: float | None = None) -> Mesh:
         """Return all shapes as one mesh, in their places, without normals. Overlaps are kept.
@@ -207,8 +241,35 @@ class Scene:
 
         Of coincident surfaces the first in canonical order, by the instances' digests, is visible.
         """
+        if not self.section:
+            return self._whole._core
+        planes = np.array([section.plane(self.center, self.radius) for section in self.section])
+        core = self._whole._core.sectioned(planes)
+        self._warn_of_open(core.open_instances)
+        return core
+
+    @lazy
+    def _core(self) -> _core.Scene:
         several = len(self.instances) > 1
         return self._arrangement.scene([instance.shape.digest for instance in self.instances] if several else [])
+
+    def _warn_of_open(self, numbers: list[int]) -> None:
+        """Warn of the instances that enclose no solid, if a section cuts them."""
+        boxes = self.boxes[numbers]
+        corners = np.stack([boxes[:, corner, range(3)] for corner in np.ndindex(2, 2, 2)], axis=1)
+        distances = corners @ np.transpose([section.normal for section in self.section])
+        offsets = np.array([section.offset for section in self.section])
+        cut = ((distances.min(axis=1) < offsets) & (offsets < distances.max(axis=1))).any(axis=1)
+        names = [self.instances[number].name for number in np.array(numbers, np.int64)[cut]]
+        if names:
+            first = f" ({names[0]})" if names[0] else ""
+            are = (
+                f"{len(names):,} shapes{first} are open, and show"
+                if len(names) > 1
+                else f"a shape{first} is open, and shows"
+            )
+            text = f"section: expected closed shapes, got an open one; {are} the inside instead of a cap"
+            warnings.warn(text, InputWarning, stacklevel=2)
 
     def closest_hits(self, origins: Any, directions: Any) -> Hits:
         """Intersect rays of any origin and direction with the scene.
@@ -266,8 +327,10 @@ def _measured(scene: Scene) -> Extent:
     return Extent(*found)
 
 
-def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool | None) -> Scene:
-    return Scene(instances, light=light, ground=ground)
+def _made_again(
+    instances: tuple[Instance, ...], light: LightLike, ground: bool | None, section: tuple[Section, ...] = ()
+) -> Scene:
+    return Scene(instances, light=light, ground=ground, section=section)
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
@@ -277,9 +340,10 @@ READERS: list[Callable[[Any], SceneLike | None]] = []
 """A scene, an instance, a shape, or an iterable of these."""
 
 
-def as_scene(scene: SceneLike) -> Scene:
-    """Return a Scene of a scene, a shape or several shapes."""
-    return scene if isinstance(scene, Scene) else Scene(scene)
+def as_scene(scene: SceneLike, section: SectionLike = None) -> Scene:
+    """Return a Scene of a scene, a shape or several shapes; with other sections, if there are any."""
+    scene = scene if isinstance(scene, Scene) else Scene(scene)
+    return scene if section is None else scene.sectioned(section)
 
 
 def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:

@@ -21,6 +21,7 @@ from bobrossnet.support.errors import InputError, InputTypeError, check_callable
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import LIT, LitTracer, lit_tracer
 from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.section import SectionLike
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """Maps pixels, (n, 2) int32 rows and columns, to the samples of one ray through each pixel's centre."""
@@ -110,6 +111,7 @@ def trace(
     guides: bool = False,
     light: LightLike = None,
     ground: bool | None = None,
+    section: SectionLike = None,
     progress: Callable[[float], None] | None = None,
 ) -> GBuffer:
     """Trace a share of an image's pixels, one ray through the centre of each.
@@ -135,6 +137,8 @@ def trace(
     light, ground
         As in `render`. Except under the headlight, a pixel's color is the mean of 16 light paths, gray its luminance,
         both unbounded, with a variance; the G-buffer has guides and, with a ground, its `shadow`.
+    section : Section, text such as "x=0", or up to six of them, optional
+        As in `Scene`; by default the scene's.
     progress : callable, optional
         Called from time to time with the share of the work done, 0..1.
 
@@ -161,6 +165,7 @@ def trace(
     guides = check_flag("guides", guides)
     size = check_size(size)
     count = pixel_count(fraction, size)
+    scene = as_scene(scene, section)
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
         return traced_light(lit, fraction, order, seed, progress)
