@@ -162,6 +162,30 @@ def test_another_scene_replaces_it(shown, folder):
     assert_shows(page, expected(bob.load(folder / "gear.sdf")))
 
 
+LATER = """<!doctype html>
+<bob-view picture-size="128x96"></bob-view>
+<script>
+  const view = document.querySelector("bob-view");
+  Object.assign(view, { src: "wedge.glb", alt: "A wedge", camera: { azimuth: 50 } });
+</script>
+<script type="module" src="bob/component/bob-view.js"></script>
+"""
+
+
+def test_properties_set_before_the_module_has_loaded_are_taken_over(browser, folder, host):
+    (folder / "later.html").write_text(LATER)
+    page = browser.new_context().new_page()
+    page.add_init_script(TOLD)
+    page.goto(f"{host}later.html")
+    assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(azimuth=50)))
+    assert page.evaluate("() => [view.src, view.getAttribute('alt'), view.camera.azimuth]") == [
+        "wedge.glb",
+        "A wedge",
+        50,
+    ]
+    page.context.close()
+
+
 def test_what_is_wrong_is_told_and_shown(shown):
     page = shown('src="none.ply"')
     page.wait_for_selector("#wrong:not([hidden])")

@@ -1122,6 +1122,37 @@ def test_named_numbers_have_sliders(script):
     assert (script.exact() != before).any()
 
 
+GEAR = (VIEWER / "gallery" / "gear.sdf").read_text().rstrip()
+
+EDITS = """
+async ([milliseconds, every]) => {
+  const text = document.querySelector("#text"), before = text.value;
+  let pictures = 0, edits = 0;
+  const count = () => ++pictures;
+  document.addEventListener("progress", count, true);
+  for (const begin = performance.now(); performance.now() < begin + milliseconds;) {
+    text.value = `${before} - sphere(${(.2 + .001 * edits++).toFixed(3)})`;
+    text.dispatchEvent(new Event("input"));
+    await new Promise((resolve) => setTimeout(resolve, every));
+  }
+  document.removeEventListener("progress", count, true);
+  return { pictures, edits };
+}
+"""
+
+
+def test_each_edit_that_is_opened_gets_a_picture(script):
+    """A slider is dragged: faster than pictures come, and the last text is shown in the end."""
+    script.tab.fill("#text", GEAR)
+    script.opened()
+    found = script.tab.evaluate(EDITS, [2000, 15])
+    assert found["pictures"] >= 2
+    script.opened()
+    source = f"{GEAR} - sphere({0.2 + 0.001 * (found['edits'] - 1):.3f})"
+    assert script.tab.input_value("#text") == source
+    assert_equal_pictures(script.exact(), expected(bob.Implicit(_core.run_script(source.encode()).expression)))
+
+
 def test_script_can_be_written_from_nothing(page):
     page.choose("knot.bob")
     assert page.tab.input_value("#text") == ""

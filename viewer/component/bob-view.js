@@ -79,12 +79,23 @@ export class BobView extends HTMLElement {
   }
 
   connectedCallback() {
+    this.#takeOver();
     const address = this.src === null ? null : this.#address;
     this.#start(coreFor(address ? fileName(address) : ""));
     this.#describe();
     this.#resizing.observe(this);
     if (this.src !== null) this.#open();
     this.#turn();
+  }
+
+  /** Takes over properties that were set before this class was known: they hide its accessors. */
+  #takeOver() {
+    const set = /** @type {Record<string, any>} */ (/** @type {unknown} */ (this));
+    for (const name of Object.keys(this).filter((name) => name in BobView.prototype)) {
+      const value = set[name];
+      delete set[name];
+      set[name] = value;
+    }
   }
 
   /** @param {import("./viewing.js").CoreName} core */

@@ -75,6 +75,8 @@ export class Viewing {
   #models;
   #workers;
   #told;
+  /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
+  #first;
 
   /**
    * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be
@@ -141,7 +143,11 @@ export class Viewing {
   #createPool() {
     const { schedule } = this, isShown = () => made === this.#pools.shown;
     const made = new Pool(this.#workers, this.#module, this.#completing[0], (traced) => isShown() && schedule.traced(traced),
-                          (message) => isShown() && this.#told.failed(message));
+                          (message) => {
+      if (!isShown()) return;
+      this.#isPictured();
+      this.#told.failed(message);
+    });
     return made;
   }
 
@@ -152,6 +158,7 @@ export class Viewing {
     if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
     this.#told.picture(picture, repainted);
     if (repainted) return;
+    if (schedule.isCurrent(picture)) this.#isPictured();
     this.#pools.shown?.grow();
     this.#growCompleting();
     this.#ask(picture.wanted);
@@ -230,7 +237,18 @@ export class Viewing {
   /** @param {Pool} pool with the new scene */
   #begin(pool) {
     this.statistics.exact = false;
+    this.#first ??= Promise.withResolvers();
     this.schedule.show(pool);
+  }
+
+  /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
+  async pictured() {
+    await this.#first?.promise;
+  }
+
+  #isPictured() {
+    this.#first?.resolve();
+    this.#first = undefined;
   }
 
   /** @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size */
@@ -255,6 +273,7 @@ export class Viewing {
   /** Ends all workers. */
   end() {
     this.expectsMore = false;
+    this.#isPictured();
     const pools = Object.values(this.#pools);
     Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that a scene being opened is included
     for (const pool of pools) pool?.end();

@@ -57,7 +57,12 @@ export class Opening {
     return this.#replace({ title: "Script" }, () => this.#viewing.run(text), this.#shown.wrong);
   }
 
-  /** Displays a changed script, in the workers of the previous one if there is one. @param {string} text */
+  /**
+   * Displays a changed script, in the workers of the previous one if there is one. Each text that is opened gets a
+   * picture before the next one, which is then the newest: otherwise fast changes would show nothing.
+   *
+   * @param {string} text
+   */
   async edit(text) {
     const state = this.#state, { edits } = state, viewing = this.#viewing;
     edits.newest = text;
@@ -69,6 +74,7 @@ export class Opening {
       edits.newest = null;
       if (!viewing.canEdit || state.scene.script === undefined) {
         await this.script(now);
+        await viewing.pictured();
         continue;
       }
       try {
@@ -78,6 +84,7 @@ export class Opening {
         this.#shown.wrong(null);
         this.#shown.message(summary.warnings.join(" ") || null);
         this.#shown.chosen();
+        await viewing.pictured();
       } catch (error) {
         this.#shown.wrong(messageOf(error));
       }

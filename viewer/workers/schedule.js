@@ -48,6 +48,7 @@ export class Schedule {
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
   #batch = 0;
+  #before = 0; // the last batch of the previous scene
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
@@ -69,6 +70,7 @@ export class Schedule {
     this.#pool = pool;
     this.#isKnown = false;
     this.#waiting = [];
+    this.#before = this.#batch;
     this.change({});
   }
 
@@ -103,6 +105,11 @@ export class Schedule {
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     this.next();
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
+  }
+
+  /** Whether a picture is of the current scene. @param {import("./completing.js").Picture} picture */
+  isCurrent({ batch }) {
+    return batch.id > this.#before;
   }
 
   /** Starts the next batch, if it is time. */
