@@ -105,6 +105,7 @@ def exact(page):
     address = page.evaluate("""async () => {
       const view = document.querySelector("bob-view");
       if (!view.viewing.statistics.pictures) await new Promise((shown) => view.addEventListener("load", shown));
+      view.setAttribute("samples", "1"); // as traced
       await view.converged();
       return view.toDataURL();
     }""")

@@ -17,6 +17,7 @@
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
+ * | `samples` | maximum number of rays in a pixel at an edge, at rest, as in bobrossnet.render: 4, or 1 for unsmoothed edges |
  * | `workers` | number of tracing threads; by default the number of processors |
  *
  * Events: `load` at the first picture of a scene; `progress` with each picture, with the fraction of traced pixels in
@@ -33,7 +34,8 @@ import { Viewing, coreFor } from "./viewing.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
-const MOST_PIXELS = 2 ** 21;
+const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
+const SAMPLES = 4;
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
 
@@ -45,7 +47,7 @@ const made = (name, fields = {}) => Object.assign(document.createElement(name), 
 export class BobView extends HTMLElement {
   static observedAttributes = [
     "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
-    "picture-size",
+    "picture-size", "samples",
   ];
 
   #canvas = made("canvas", { width: 1, height: 1 });
@@ -106,6 +108,7 @@ export class BobView extends HTMLElement {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
+    this.#viewing.schedule.side = this.#side;
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
     this.#fit();
@@ -141,6 +144,9 @@ export class BobView extends HTMLElement {
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#fit();
+    } else if (name === "samples") {
+      if (this.#viewing) this.#viewing.schedule.side = this.#side;
+      this.#viewing?.change({});
     } else if (name === "auto-rotate") {
       this.#turn();
     } else {
@@ -219,11 +225,11 @@ export class BobView extends HTMLElement {
     return this.#canvas.toDataURL(type, quality);
   }
 
-  /** Resolves once the picture is exact. @returns {Promise<void>} */
+  /** Resolves once the picture is exact, and its edges are smoothed. @returns {Promise<void>} */
   converged() {
     return new Promise((resolve) => {
       const check = () => {
-        if (!this.#viewing?.statistics.exact) return;
+        if (!this.#viewing?.statistics.final) return;
         this.removeEventListener("progress", check);
         resolve();
       };
@@ -298,6 +304,12 @@ export class BobView extends HTMLElement {
   get #fixedSize() {
     const match = /^(\d+)x(\d+)$/.exec(this.getAttribute("picture-size") ?? "");
     return match && { width: Number(match[1]), height: Number(match[2]) };
+  }
+
+  /** Side of the grid of rays in a pixel at an edge. */
+  get #side() {
+    const samples = Number(this.getAttribute("samples") ?? SAMPLES);
+    return samples >= 1 ? Math.min(8, Math.floor(Math.sqrt(samples))) : Math.sqrt(SAMPLES);
   }
 
   /** The size of the picture at rest: device pixels. */

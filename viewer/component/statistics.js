@@ -15,6 +15,12 @@ export class Statistics {
   raysPerSecond = 0;
   /** Whether the picture is exact, with the current camera and size. */
   exact = false;
+  /** Whether no other picture follows until something changes: it is exact, and its edges are smoothed if they shall be. */
+  final = false;
+  /** Whether all its edges are smoothed. */
+  isSmoothed = false;
+  /** The size of a picture that is displayed enlarged, such as "475x400"; else null. @type {string | null} */
+  enlarged = null;
   /** Mean error of the first completed picture, once the picture is exact; else NaN. */
   error = NaN;
   /** Predicted mean error of the picture, if displayed; else NaN. */
@@ -32,13 +38,20 @@ export class Statistics {
    *
    * @param {import("../workers/completing.js").Picture} picture
    * @param {import("../workers/schedule.js").Schedule} schedule the schedule it was reported to
-   * @param {boolean} exact whether it is exact, with the current camera and size
+   * @param {{exact: boolean, final: boolean}} state whether it is exact, with the current camera and size, and whether
+   *   it is the last one
    */
-  count({ batch, traced, completing, model, backend, error }, { raysPerSecond }, exact) {
+  count({ batch, traced, isSmoothed, completing, model, backend, error }, { raysPerSecond, size }, { exact, final }) {
     ++this.pictures;
     this.fraction = traced / (batch.height * batch.width);
     this.#times = [...this.#lastSecond(), performance.now()];
-    Object.assign(this, { completing, model, backend, error, exact, raysPerSecond });
+    this.enlarged = batch.width < size.width || batch.height < size.height ? `${batch.width}x${batch.height}` : null;
+    Object.assign(this, { completing, model, backend, error, exact, final, isSmoothed, raysPerSecond });
+  }
+
+  /** Forgets the picture: something has changed. */
+  change() {
+    this.exact = this.final = false;
   }
 
   get framesPerSecond() {

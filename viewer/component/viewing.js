@@ -75,6 +75,7 @@ export class Viewing {
   #models;
   #workers;
   #told;
+  #isTransparent = false;
   /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
   #first;
 
@@ -236,7 +237,7 @@ export class Viewing {
 
   /** @param {Pool} pool with the new scene */
   #begin(pool) {
-    this.statistics.exact = false;
+    this.statistics.change();
     this.#first ??= Promise.withResolvers();
     this.schedule.show(pool);
   }
@@ -253,13 +254,15 @@ export class Viewing {
 
   /** @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size */
   change(what) {
-    this.statistics.exact = false;
+    this.statistics.change();
     this.schedule.change(what);
   }
 
   /** @param {import("../workers/completing.js").Showing} showing the way to paint pictures */
   paint(showing) {
     this.#completing[0].postMessage({ kind: "show", ...showing });
+    if (showing.isTransparent !== this.#isTransparent && this.statistics.pictures > 0) this.change({}); // resting pictures are painted once
+    this.#isTransparent = showing.isTransparent;
   }
 
   /** @returns {Promise<Buffers | null>} of the last picture */
