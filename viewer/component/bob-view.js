@@ -282,14 +282,14 @@ export class BobView extends HTMLElement {
   // ---- Pictures ------------------------------------------------------------------------------------------
 
   /** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
-  #show({ bitmap, batch, traced }, repainted) {
+  #show({ bitmap, batch }, repainted) {
     const canvas = this.#canvas, { width, height } = bitmap;
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
     this.#context.transferFromImageBitmap(bitmap);
     this.#poster.hidden = true;
     if (repainted) return;
-    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
+    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: this.viewing.statistics.progress, batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
     this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));

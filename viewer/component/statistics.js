@@ -1,11 +1,15 @@
 // @ts-check
 /** Statistics of the displayed pictures. */
 
+const ALMOST = 0.999; // of a picture that is not exact yet
+
 export class Statistics {
   /** Number so far. */
   pictures = 0;
   /** Fraction of traced pixels. */
   fraction = 0;
+  /** Fraction of the resting picture's pixels that were traced since the last change; 1 only if it is exact. */
+  progress = 0;
   /** Milliseconds of the network, on `backend`. */
   completing = 0;
   /** The network's name. @type {import("../picture/planner.js").Model} */
@@ -45,6 +49,7 @@ export class Statistics {
     ++this.pictures;
     this.fraction = traced / (batch.height * batch.width);
     this.#times = [...this.#lastSecond(), performance.now()];
+    this.progress = exact ? 1 : Math.max(this.progress, Math.min(traced / (size.width * size.height), ALMOST));
     this.enlarged = batch.width < size.width || batch.height < size.height ? `${batch.width}x${batch.height}` : null;
     Object.assign(this, { completing, model, backend, error, exact, final, isSmoothed, raysPerSecond });
   }
@@ -52,6 +57,7 @@ export class Statistics {
   /** Forgets the picture: something has changed. */
   change() {
     this.exact = this.final = false;
+    this.progress = 0;
   }
 
   get framesPerSecond() {

@@ -44,5 +44,6 @@ function noteOf(mode, { exact, error, expected }) {
   if (mode === "uncertain") return `How wrong the picture is expected to be, ${onAverage(expected)}`;
   if (mode !== "difference") return "";
   if (!exact) return "The difference is shown once the picture is exact.";
+  if (Number.isNaN(error)) return "The picture is too large for its difference.";
   return `First completed picture against the exact one, ${onAverage(error)}`;
 }

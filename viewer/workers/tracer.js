@@ -103,6 +103,8 @@ let view;
  * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number} | undefined}
  */
 let resting;
+/** Milliseconds that a thread takes for a pixel at rest; 0 before the first one. Moving pictures take longer for one. */
+let restingMs = 0;
 /** The last array sent as `expected` and returned. @type {Float32Array | undefined} */
 let spare;
 /** The samples of earlier views, of one size. @type {History | undefined} */
@@ -137,6 +139,7 @@ async function open(request) {
     scene = built;
     edition = request.edition;
     forgetViews();
+    restingMs = 0;
     planner?.free();
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
     reply({ kind: "opened", edition, warnings: built.warnings });
@@ -269,7 +272,7 @@ function restOf({ scene, batch }) {
 
 /** @param {Circumstances} circumstances @returns {Work} on all rows */
 function allRows(circumstances) {
-  const { scene, planning, batch, lent, others, begin } = circumstances, { camera, parts, height, width } = batch, size = { height, width };
+  const { scene, batch, lent, others, begin } = circumstances, { camera, parts, height, width } = batch, size = { height, width };
   const { rows } = restOf(circumstances), end = begin + batch.milliseconds;
   // Movement from here starts with all pixels, if it has this size.
   const sequence = view?.id === batch.view ? view.sequence : undefined;
@@ -290,7 +293,7 @@ function allRows(circumstances) {
     deal() {
       if (dealt === height || (performance.now() > end && dealt > done)) return;
       const milliseconds = done > 0 ? LONG_SLICE_MS : Math.min(LONG_SLICE_MS, SLICE_MS + (performance.now() - begin) / 4);
-      const wanted = Math.min(planning.pixelsIn("whole", lent * milliseconds), LARGEST_SLICE) / width;
+      const wanted = Math.min(restingMs > 0 ? lent * milliseconds / restingMs : LEAST, LARGEST_SLICE) / width;
       const share = others > 0 ? (height - dealt) / (AHEAD * parts) : Infinity, first = dealt;
       dealt = Math.min(height, dealt + TILE * Math.max(1, Math.round(Math.min(wanted, share) / TILE)));
       return { camera, size, rows: [first, dealt] };
@@ -302,7 +305,7 @@ function allRows(circumstances) {
     },
     keep(traced) {
       const [first, last] = /** @type {{rows: [number, number]}} */ (traced.slice).rows;
-      planning.traced("whole", (last - first) * width, lent * traced.milliseconds, false);
+      restingMs = lent * traced.milliseconds / ((last - first) * width);
       if (others === 0) return;
       early.set(first, traced);
       for (let next; (next = early.get(rows.done)); ) {
