@@ -8,7 +8,8 @@ import { buildScene } from "./tracing/scene.js";
 const RUNS = 3;
 
 async function whole({ file, camera, sizes, threads }) {
-  const isShared = canLendThreads(), module = await compileCore(isShared ? "core.threads" : "core");
+  const isShared = canLendThreads(), name = /[.](ply|obj|stl|off|glb|gltf)$/.test(file) ? "core.mesh" : "core";
+  const module = await compileCore(isShared ? `${name}.threads` : name);
   const memory = sharedMemoryFor(module), core = new Core(module, memory);
   for (let i = 1; isShared && i < threads; ++i) {
     const worker = new Worker(new URL("workers/thread.js", import.meta.url), { type: "module" }), { port1, port2 } = new MessageChannel();
