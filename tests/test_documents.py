@@ -23,6 +23,7 @@ DOCUMENTS = sorted(
     path.relative_to(ROOT)
     for folder in (
         ".",
+        "bench/sparse",
         "docs",
         "docs/quality",
         "docs/reference",

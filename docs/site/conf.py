@@ -31,6 +31,7 @@ include_patterns = [
     "CONTRIBUTING.md",
     "CONVENTIONS.md",
     "CHANGELOG.md",
+    "bench/sparse/*.md",
     "docs/*.md",
     "docs/how-to/*.md",
     "docs/quality/*.md",
