@@ -20,7 +20,7 @@ PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width">
 <script type="module" src="bob/component/bob-view.js"></script>
 <style>body {{ margin: 0; height: {page} }} bob-view {{ width: {width}px; height: {height}px }}</style>
-<bob-view alt="A box" camera-controls {attributes}>{children}</bob-view>
+<bob-view alt="A box" samples="1" camera-controls {attributes}>{children}</bob-view>
 """
 
 TOLD = """

@@ -10,7 +10,6 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
-from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.support.paths import VIEWER
 
 WIDTH, HEIGHT = 64, 48
@@ -92,9 +91,9 @@ def pixels(page, name):
 
 
 def assert_shows(page, name, scene, camera=None):
-    gray = color_to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
-    assert gray.any()
-    assert (np.abs(pixels(page, name) - gray[..., None]) > 1).mean() < 0.004
+    wanted = bob.render(scene, camera, size=(HEIGHT, WIDTH), background="#000").rgba[..., :3].astype(int)
+    assert wanted.any()
+    assert (np.abs(pixels(page, name) - wanted) > 1).mean() < 0.004
 
 
 def at_rest(page):
@@ -189,6 +188,32 @@ def test_elements_out_of_sight_wait_until_they_are_seen(shown):
     page.evaluate("() => { v1.camera = { azimuth: 80 }; scrollTo(0, document.body.scrollHeight); }")
     page.evaluate(CONVERGED)
     assert_shows(page, "v1", wedge(2), bob.Camera(azimuth=80))
+
+
+def test_a_click_picks_in_a_scene_that_was_freed(shown):
+    page = shown(elements(2) + '<div style="clear: left; height: 4000px"></div>')
+    page.evaluate(CONVERGED)
+    pick = "() => v1.pick(64 + 32, 24)"
+    found = page.evaluate(pick)
+    assert len(found["point"]) == 3
+    page.evaluate("() => scrollTo(0, 2000)")
+    page.wait_for_function("() => alive.size === 0")
+    assert page.evaluate("() => v1.viewing.probe([32, 24], { height: 48, width: 64 }, v1.camera)") is None  # unseen
+    page.evaluate("() => scrollTo(0, 0)")
+    page.wait_for_function("() => v1.viewing.isSeen")
+    assert page.evaluate(pick) == found
+    page.evaluate(CONVERGED)
+    assert_shows(page, "v1", wedge(2))
+
+
+def test_each_element_keeps_its_exposure(shown):
+    page = shown('<bob-view id="v0" src="0.glb" exposure="0.5"></bob-view><bob-view id="v1" src="1.glb"></bob-view>')
+    page.evaluate(CONVERGED)
+    assert_shows(page, "v1", wedge(2))
+    dark = pixels(page, "v0")
+    page.evaluate("async () => { v0.exposure = 1; await v0.converged(); }")
+    assert_shows(page, "v0", wedge())
+    assert 0 < dark.max() < pixels(page, "v0").max()
 
 
 def test_an_eager_element_does_not_wait(shown):

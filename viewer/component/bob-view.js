@@ -25,6 +25,7 @@
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `exposure` | factor of the light, 1 by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
+ * | `samples` | maximum number of rays in a pixel at an edge, at rest, as in bobrossnet.render: 4, or 1 for unsmoothed edges |
  * | `workers` | number of tracing threads; by default the number of processors |
  * | `loading` | "eager" loads at once; by default once the element is seen |
  * | `base` | the folder with the package's files, for all elements of the page; by default they are next to this module |
@@ -61,7 +62,8 @@ import { VIEWS, VIEW_NAMES } from "./views.js";
 import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
-const MOST_PIXELS = 2 ** 21;
+const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
+const SAMPLES = 4;
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
@@ -70,8 +72,8 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 /** Attributes with properties of the same names. */
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
-  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "workers", "loading",
-  "base",
+  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "samples", "workers",
+  "loading", "base",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
 
@@ -147,11 +149,13 @@ class Element extends Parent {
   }
 
   connectedCallback() {
+    this.#takeOver();
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
     this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
+    this.#viewing.schedule.side = this.#side;
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
     this.#resize();
@@ -162,6 +166,16 @@ class Element extends Parent {
     this.#sight.begin();
     this.#see();
     if (this.src !== null) this.#open();
+  }
+
+  /** Takes over properties that were set before this class was known: they hide its accessors. */
+  #takeOver() {
+    const set = /** @type {Record<string, any>} */ (/** @type {unknown} */ (this));
+    for (const name of Object.keys(this).filter((name) => name in Element.prototype)) {
+      const value = set[name];
+      delete set[name];
+      set[name] = value;
+    }
   }
 
   disconnectedCallback() {
@@ -211,6 +225,9 @@ class Element extends Parent {
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#resize();
+    } else if (name === "samples") {
+      if (this.#viewing) this.#viewing.schedule.side = this.#side;
+      this.#viewing?.change({});
     } else if (name === "base") {
       Element.base = value;
     } else if (name === "loading") {
@@ -310,7 +327,7 @@ class Element extends Parent {
   }
 
   /**
-   * Resolves once the picture is exact, so not before it is seen.
+   * Resolves once the picture is exact, and its edges are smoothed; so not before it is seen.
    *
    * @returns {Promise<void>} rejected if the element is removed before
    */
@@ -318,7 +335,7 @@ class Element extends Parent {
     return new Promise((resolve, reject) => {
       const listening = new AbortController(), { signal } = listening;
       const check = () => {
-        if (this.#viewing && !this.#viewing.statistics.exact) return;
+        if (this.#viewing && !this.#viewing.statistics.final) return;
         listening.abort();
         if (this.#viewing) resolve();
         else reject(new Error("converged: expected an element in a document, got one that was removed"));
@@ -426,7 +443,7 @@ class Element extends Parent {
   // ---- Pictures ------------------------------------------------------------------------------------------
 
   /** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
-  #show({ bitmap, batch, traced }, repainted) {
+  #show({ bitmap, batch }, repainted) {
     const canvas = this.#canvas, { width, height } = bitmap;
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
@@ -436,7 +453,7 @@ class Element extends Parent {
     this.#sight.look();
     if (!this.#sight.isSeen) this.#see();
     this.#spots?.show(batch.camera);
-    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
+    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: this.viewing.statistics.progress, batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
     this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));
@@ -462,6 +479,12 @@ class Element extends Parent {
   get #fixedSize() {
     const match = /^(\d+)x(\d+)$/.exec(this.getAttribute("picture-size") ?? "");
     return match && { width: Number(match[1]), height: Number(match[2]) };
+  }
+
+  /** Side of the grid of rays in a pixel at an edge. */
+  get #side() {
+    const samples = Number(this.getAttribute("samples") ?? SAMPLES);
+    return samples >= 1 ? Math.min(8, Math.floor(Math.sqrt(samples))) : Math.sqrt(SAMPLES);
   }
 
   /** The size of the picture at rest: device pixels. */
@@ -601,9 +624,9 @@ class Element extends Parent {
     this.#turning = requestAnimationFrame(step);
   }
 
-  /** Works while it is seen, and turns. With `loading="eager"`, the first exact picture does not wait until it is seen. */
+  /** Works while it is seen, and turns. With `loading="eager"`, the first resting picture does not wait until it is seen. */
   #see() {
-    const isEager = this.getAttribute("loading") === "eager" && this.#viewing?.statistics.exact === false;
+    const isEager = this.getAttribute("loading") === "eager" && this.#viewing?.statistics.final === false;
     this.#viewing?.see(this.#sight.isSeen || isEager);
     this.#turn();
   }

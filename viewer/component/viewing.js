@@ -64,6 +64,8 @@ export class Viewing {
   /** What to probe once tracers have the scene; without any, nothing. @type {((pool?: Pool) => void)[]} */
   #probes = [];
   #told;
+  /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
+  #first;
 
   /**
    * @param {{workers: number, scales: boolean}} settings workers: number of tracing threads; scales: whether moving
@@ -147,7 +149,8 @@ export class Viewing {
   /** @param {Pool} pool with the new scene */
   #begin(pool) {
     this.#isShowing = true;
-    this.statistics.exact = false;
+    this.statistics.change();
+    this.#first ??= Promise.withResolvers();
     crew.paint(this.#showing);
     pool.turnTo(this.id);
     this.schedule.show(pool);
@@ -168,6 +171,7 @@ export class Viewing {
     this.hasPicture = true;
     if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
     this.#told.picture(picture, repainted);
+    if (!repainted && schedule.isCurrent(picture)) this.#isPictured();
     this.#rest();
   }
 
@@ -193,6 +197,7 @@ export class Viewing {
     this.#isBroken = true;
     this.stop();
     this.#answer();
+    this.#isPictured();
     this.#told.failed(message);
   }
 
@@ -289,10 +294,21 @@ export class Viewing {
    * @param {boolean} [isMoved] whether the user did it
    */
   change(what, isMoved = false) {
-    this.statistics.exact = this.#isBroken = false;
+    this.statistics.change();
+    this.#isBroken = false;
     if (isMoved) this.movedAt = performance.now();
     this.schedule.change(what);
     this.#ask();
+  }
+
+  /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
+  async pictured() {
+    await this.#first?.promise;
+  }
+
+  #isPictured() {
+    this.#first?.resolve();
+    this.#first = undefined;
   }
 
   /** Refines resting pictures until they are exact, or leaves them. @param {boolean} isWanted */
@@ -324,9 +340,11 @@ export class Viewing {
 
   /** @param {Showing} showing the way to paint pictures */
   paint(showing) {
+    const { isTransparent, exposure = 1 } = this.#showing;
+    const isOther = showing.isTransparent !== isTransparent || (showing.exposure ?? 1) !== exposure; // resting pictures are painted once
     this.#showing = showing;
     if (this.#isShowing) crew.paint(showing);
-    else if (this.#scene) this.change({});
+    if (this.#scene && (isOther || !this.#isShowing)) this.change({});
   }
 
   /** @returns {Promise<Buffers | null>} of the last picture; null if the workers have none, or work for another */
@@ -345,6 +363,7 @@ export class Viewing {
     this.#coming = this.#scene = undefined;
     this.stop();
     this.#answer();
+    this.#isPictured();
     crew.leave(this);
   }
 }

@@ -3,7 +3,7 @@
  * The page: its elements, and their connection to its state. Nothing here blocks; workers do all long work.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's
- * size in pixels, and `?workers=1` the number of tracing threads. The body may set the field of view and background of
+ * size in pixels, `?samples=1` leaves edges unsmoothed, and `?workers=1` is the number of tracing threads. The body may set the field of view and background of
  * all pictures by `data-field-of-view` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
@@ -44,7 +44,7 @@ const picture = new BobView();
 picture.id = "picture";
 const { fieldOfView, background } = document.body.dataset;
 for (const [name, value] of Object.entries({
-  "picture-size": query.get("size"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
+  "picture-size": query.get("size"), samples: query.get("samples"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
 })) if (value) picture.setAttribute(name, value);
 if (background) stage.style.background = "none";
 picture.toggleAttribute("camera-controls", true);
@@ -324,6 +324,6 @@ addEventListener("hashchange", () => {
 /** For tests and measurements. */
 export const page = {
   statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
-  camera: () => picture.camera, valid,
+  camera: () => picture.camera, schedule, valid,
 };
 Object.assign(window, { bobrossnet: page });

@@ -58,7 +58,12 @@ export class Opening {
     return this.#replace({ title: edited ?? "Script", edited }, () => this.#viewing.run(text), this.#shown.wrong);
   }
 
-  /** Displays a changed script, in the workers of the previous one if there is one. @param {string} text */
+  /**
+   * Displays a changed script, in the workers of the previous one if there is one. Each text that is opened gets a
+   * picture before the next one, which is then the newest: otherwise fast changes would show nothing.
+   *
+   * @param {string} text
+   */
   async edit(text) {
     const state = this.#state, { edits } = state, viewing = this.#viewing;
     edits.newest = text;
@@ -70,6 +75,7 @@ export class Opening {
       edits.newest = null;
       if (!viewing.canEdit || state.scene.script === undefined) {
         await this.script(now, edits.title ?? undefined);
+        await viewing.pictured();
         continue;
       }
       try {
@@ -79,6 +85,7 @@ export class Opening {
         this.#shown.wrong(null);
         this.#shown.message(summary.warnings.join(" ") || null);
         this.#shown.chosen();
+        await viewing.pictured();
       } catch (error) {
         this.#shown.wrong(messageOf(error));
       }

@@ -16,6 +16,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  * @typedef {import("../shapes/shape.js").Shape} Shape
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {import("./description.js").SceneDescription} SceneDescription
+ * @typedef {{address: number, top: number, rows: number}} Planes in the core's memory: (C, rows, width), from the image's row `top` on
  * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   transform (4, 4): from the shape's units to the scene's; material (12): as materialValues
  * @typedef {{center: [number, number, number], radius: number}} Sphere
@@ -88,6 +89,64 @@ export class Scene {
       if (hit) names.set(instance, this.names[instance] ?? null);
     }
     return { samples, names, sphere: this.sphere };
+  }
+
+  /**
+   * Traces the rows from `begin` to `end` of an image.
+   *
+   * @param {number} begin @param {number} end
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {Planes} planes of the traced layout
+   */
+  traceRows(begin, end, { height, width }, camera, { address, top, rows }) {
+    this.core.made("trace_rows", this.handle, cameraValues(camera), height, width, begin, end, this.#isColored, address, top, rows);
+  }
+
+  /**
+   * The same rows as an array.
+   *
+   * @param {number} begin @param {number} end
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @returns {Float32Array} (C, end - begin, width) of the traced layout
+   */
+  rows(begin, end, size, camera) {
+    const rows = end - begin, planes = new Float32Array(this.sampleWidth * rows * size.width);
+    return this.core.filled(planes, (address) => this.traceRows(begin, end, size, camera, { address, top: begin, rows }));
+  }
+
+  /**
+   * The pixels at edges in the rows from `begin` to `end`, as in core/tracing/antialiasing.h.
+   *
+   * @param {number} begin @param {number} end @param {number} width of the image
+   * @param {Planes} planes of the traced layout, with the rows above and below, except at the image's borders
+   * @returns {Int32Array} (n, 2)
+   */
+  edges(begin, end, width, { address, top, rows }) {
+    let first = 0;
+    const [count] = this.core.filled(new Int32Array(1), (written) => {
+      first = this.core.made("pixels_at_edges", this.#isColored, address, rows, width, begin - top, end - top, written) >>> 0;
+    });
+    const pixels = new Int32Array(this.core.memory, first, 2 * count).slice();
+    for (let i = 0; i < pixels.length; i += 2) pixels[i] += top;
+    return pixels;
+  }
+
+  /**
+   * Means over side x side rays in pixels of an image.
+   *
+   * @param {Int32Array} pixels (n, 2)
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {number} side
+   * @returns {Float32Array} (n, 5), 1 where they need more, linear RGB and coverage
+   */
+  means(pixels, { height, width }, camera, side) {
+    const count = pixels.length / 2;
+    return this.core.filled(new Float32Array(5 * count), (address) => {
+      this.core.made("trace_means", this.handle, cameraValues(camera), height, width, pixels, count, side, address);
+    });
   }
 
   get #isColored() {

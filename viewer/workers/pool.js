@@ -329,7 +329,7 @@ export class Pool {
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {
-        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, milliseconds: 0, completing: 0 });
+        this.#finish({ kind: "traced", batch, cancelled: true, left: 0, rays: 0, milliseconds: 0 });
       } else if (this.#others.includes(tracer)) {
         this.cancel();
       }
