@@ -24,7 +24,7 @@ from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.opencascade import read_iges, read_step
-from bobrossnet.adapters.part import Part
+from bobrossnet.adapters.part import Found, Part
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.threemf import read_3mf
@@ -42,7 +42,7 @@ from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
 SAMPLE = "sample:"
 """Begins the name of a shape that the package brings."""
 
-MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
+MESH_READERS: dict[str, Callable[[Path], Found[Part]]] = {
     ".ply": read_in_core,
     ".obj": read_in_core,
     ".stl": read_in_core,
@@ -118,11 +118,23 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     """
     check_up(up)
     is_one = is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source)
-    each = [source] if is_one else each_of("source", source, "a path, a shape or several")
+    each = [source] if is_one else list(each_of("source", source, "a path, a shape or several"))
     items = [_loaded(item) if is_path(item) else item for item in each]
+    _warn_of_units(each, items)
     only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
     return scene.turned_upright() if up == "y" else scene
+
+
+def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
+    """Say in a line which unit is taken for files that don't say theirs, next to others that do."""
+    units = [item.unit for item in items if isinstance(item, Scene)]
+    unit = next(filter(None, units), None)
+    for source, item in zip(sources, items, strict=True):
+        if unit is not None and is_path(source) and isinstance(item, Scene) and item.unit is None:
+            name = one_line(os.fsdecode(source).rpartition("/")[2])
+            text = f"{name}: its lengths are taken as {unit}, the unit of the other files; it does not say its own"
+            warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def check_up(up: str) -> None:
@@ -150,7 +162,7 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
         read = _read_mesh(path, shapes)
         with _errors_of_one_line(file, "mesh"):
             instances = [*(read.instances(file.name) if len(read.part.triangles) else ()), *shapes]
-        return instances[0] if len(instances) == 1 else Scene(instances)
+            return Scene(instances, unit=read.unit)
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         check_file(file)
         if ending in IMPLICIT_READERS:
@@ -158,7 +170,9 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
-            return as_scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
+            found = INSTANCE_READERS[ending](file)
+            # Made here, so that its errors name the file.
+            return Scene(found, unit=found.unit) if isinstance(found, Found) else as_scene(found)
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 

@@ -20,8 +20,9 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import finished
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
 from bobrossnet.tracing.light import HEADLIGHT
+from bobrossnet.tracing.parts import Extent
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
-from bobrossnet.tracing.scene import Extent, Scene, SceneLike, as_scene
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import trace
 
 if TYPE_CHECKING:

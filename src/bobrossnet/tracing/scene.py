@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.color import Color
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
@@ -25,8 +27,22 @@ from bobrossnet.support.errors import (
     each_of,
 )
 from bobrossnet.support.threads import lazy
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.support.units import check_unit
+from bobrossnet.support.units import factor as unit_factor
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.light import LightLike, check_light
+from bobrossnet.tracing.parts import (
+    HIGHLIGHT,
+    Extent,
+    Part,
+    PartLike,
+    colored,
+    exploded,
+    find_part,
+    only,
+    tree_of,
+    without,
+)
 
 MAX_INSTANCES = 100_000
 """Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
@@ -53,20 +69,6 @@ class Hits(NamedTuple):
     v: NDArray[np.float64]
 
 
-class Extent(NamedTuple):
-    """An axis-aligned box, in a scene's units."""
-
-    low: NDArray[np.float64]
-    """(3,)"""
-    high: NDArray[np.float64]
-    """(3,)"""
-
-    @property
-    def size(self) -> NDArray[np.float64]:
-        """(3,): the lengths of its sides."""
-        return self.high - self.low
-
-
 class Scene:
     """Shapes in one space, with their placements and materials, and the bounding sphere that cameras orbit.
 
@@ -81,10 +83,14 @@ class Scene:
         As in `render`: the default light of its pictures. Scene files do not store it.
     ground : bool, optional
         As in `render`, likewise.
+    unit : str, optional
+        The unit of lengths, such as "mm", "m" or "in", to which scenes of other units are converted. By default that of
+        the first scene or file that has one.
 
     Attributes
     ----------
     instances : tuple of Instance
+    unit : str or None
     light, ground
         As given; environments are loaded.
     center : (3,) float64
@@ -96,10 +102,14 @@ class Scene:
         If there are no shapes, more than `MAX_INSTANCES`, or a scene of no extent.
     """
 
-    def __init__(self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None) -> None:
+    def __init__(
+        self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None, unit: str | None = None
+    ) -> None:
         self.light = check_light(light)
         self.ground = ground if ground is None else check_flag("ground", ground)
-        self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
+        several = _Several(check_unit("unit", unit))
+        self.instances = tuple(islice(several.instances(shapes), MAX_INSTANCES + 1))
+        self.unit = several.unit
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
         if len(self.instances) > MAX_INSTANCES:
@@ -118,7 +128,7 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made_again, (self.instances, self.light, self.ground)  # the core's objects can't be copied
+        return _made_again, (self.instances, self.light, self.ground, self.unit)  # the core's objects can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -161,8 +171,59 @@ class Scene:
 
     def turned_upright(self) -> Scene:
         """Return the scene rotated from y up, the habit of games and films, to z up."""
-        instances = (instance.transformed(UPRIGHT) for instance in self.instances)
-        return Scene(instances, light=self.light, ground=self.ground)
+        return self.of(instance.transformed(UPRIGHT) for instance in self.instances)
+
+    def of(self, instances: Iterable[Instance], unit: str | None = None) -> Scene:
+        """Return a scene of other instances, with everything else as in this one."""
+        return Scene(instances, light=self.light, ground=self.ground, unit=unit or self.unit)
+
+    def converted(self, unit: str) -> Scene:
+        """Return the scene with its lengths in another unit; raise InputError if its own is unknown."""
+        factor = unit_factor(self.unit, check_unit("unit", unit))
+        return self if factor == 1 else self.of((instance.scale(factor) for instance in self.instances), unit)
+
+    @lazy
+    def parts(self) -> Part:
+        """The tree of the parts, by the names that files give them: the root, which is all of the scene."""
+        return tree_of(self)
+
+    def part(self, which: PartLike) -> Part:
+        """Return a part by its path, "housing/bolt 3", by its name if no other has it, or by its number in the tree.
+
+        Raises
+        ------
+        InputError
+            If there is no such part; the message has names that are similar.
+        """
+        return find_part(self, which)
+
+    def hide(self, *parts: PartLike) -> Scene:
+        """Return the scene without some parts."""
+        return without(self, parts)
+
+    def isolate(self, *parts: PartLike) -> Scene:
+        """Return the scene of some parts alone."""
+        return only(self, parts)
+
+    def color(self, part: PartLike, color: Color) -> Scene:
+        """Return the scene with a part in one colour instead of its own, linear RGB or sRGB as "#rrggbb"."""
+        return colored(self, (part,), color)
+
+    def highlight(self, *parts: PartLike, color: Color = HIGHLIGHT) -> Scene:
+        """Return the scene with some parts in a colour that stands out."""
+        return colored(self, parts, color)
+
+    def explode(self, factor: float = 1.0, axis: Any = None) -> Scene:
+        """Return the scene with its parts moved apart.
+
+        Parameters
+        ----------
+        factor : number
+            Each part moves by this times the offset of its box's centre from the scene's.
+        axis : "x", "y", "z" or (3,) numbers, optional
+            Parts move along this axis alone.
+        """
+        return exploded(self, factor, axis)
 
     def mesh(self, step: float | None = None) -> Mesh:
         """Return all shapes as one mesh, in their places, without normals. Overlaps are kept.
@@ -266,14 +327,13 @@ def _measured(scene: Scene) -> Extent:
     return Extent(*found)
 
 
-def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool | None) -> Scene:
-    return Scene(instances, light=light, ground=ground)
+def _made_again(
+    instances: tuple[Instance, ...], light: LightLike, ground: bool | None, unit: str | None = None
+) -> Scene:
+    return Scene(instances, light=light, ground=ground, unit=unit)
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
-
-READERS: list[Callable[[Any], SceneLike | None]] = []
-"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""
 """A scene, an instance, a shape, or an iterable of these."""
 
 
@@ -282,17 +342,48 @@ def as_scene(scene: SceneLike) -> Scene:
     return scene if isinstance(scene, Scene) else Scene(scene)
 
 
-def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
-    if isinstance(shapes, Instance):
-        yield shapes
-    elif isinstance(shapes, Shape):
-        yield Instance(shapes)
-    elif isinstance(shapes, Scene):
-        yield from shapes.instances
-    elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
-        yield from _instances(read)
-    elif isinstance(shapes, Iterable):
-        for shape in each_of("shapes", shapes, "a shape or several"):
-            yield from _instances(shape, " among them")
-    else:
-        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")
+class _Several:
+    """What a scene is made of: instances, in one unit and under different names."""
+
+    def __init__(self, unit: str | None) -> None:
+        self.unit = unit
+        self._names: set[str] = set()
+        """Names below the root of the scenes so far."""
+
+    def instances(self, shapes: SceneLike, among: str = "") -> Iterator[Instance]:
+        if isinstance(shapes, Instance):
+            yield shapes
+        elif isinstance(shapes, Shape):
+            yield Instance(shapes)
+        elif isinstance(shapes, Scene):
+            yield from self._renamed(self._in_unit(shapes))
+        elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
+            yield from self.instances(read)
+        elif isinstance(shapes, Iterable):
+            for shape in each_of("shapes", shapes, "a shape or several"):
+                yield from self.instances(shape, " among them")
+        else:
+            raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")
+
+    def _in_unit(self, scene: Scene) -> Iterable[Instance]:
+        if scene.unit is None or self.unit in (None, scene.unit):
+            self.unit = self.unit or scene.unit
+            return scene.instances
+        return scene.converted(self.unit).instances
+
+    def _renamed(self, instances: Iterable[Instance]) -> Iterator[Instance]:
+        """Instances whose names below the root are not those of scenes before."""
+        is_first, renamed = not self._names, dict[str, str]()
+        for instance in instances:
+            pieces = []
+            for (first, *rest), count in instance.pieces:
+                if first not in renamed:
+                    names = (first, *(f"{first} {number}" for number in range(2, len(self._names) + 3)))
+                    renamed[first] = next(name for name in names if name not in self._names)
+                    self._names.add(renamed[first])
+                pieces.append(Piece((renamed[first], *rest), count))
+            yield instance if is_first else replace(instance, pieces=tuple(pieces))
+
+
+READERS: list[Callable[[Any], SceneLike | None]] = []
+"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""
