@@ -9,7 +9,8 @@ from typing import Any
 
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
-from bobrossnet.pictures.sheets import LAYOUT, VIEWS
+from bobrossnet.picture.camera import VIEWS
+from bobrossnet.pictures.sheets import LAYOUT
 
 SIZE = (900, 1200)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
@@ -35,7 +35,7 @@ def _traced(gbuffer: GBuffer) -> bytes:
 
 def view(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     background: Background = None,
@@ -65,7 +65,7 @@ def view(
     InputError
         If anywidget is not installed, or the camera has a position.
     """
-    scene, camera, size = as_scene(scene), Camera() if camera is None else camera, check_size(size)
+    scene, camera, size = as_scene(scene), as_camera(camera), check_size(size)
     try:
         from bobrossnet.page.widget import SceneView
     except ModuleNotFoundError as error:

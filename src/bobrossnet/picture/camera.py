@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bobrossnet import _core
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_choice, check_finite, check_number
 
 MAX_ANGLE = 1e6
 """Degrees in either direction; here float32 still resolves a sixteenth of a degree."""
@@ -71,6 +71,17 @@ class Camera:
     """Target of a camera at a position, (3,) in the scene's units; by default the bounding sphere's centre."""
     up: Triple = field(default=(0.0, 0.0, 1.0), kw_only=True)
     """Up direction of a camera at a position, (3,), of any nonzero length, not along the line of sight."""
+
+    @classmethod
+    def named(cls, view: str, *, roll: float = 0.0, zoom: float = 1.0, fov: float = 0.0) -> Camera:
+        """Return the camera of a view: front, back, right, left, top, bottom or isometric.
+
+        >>> import bobrossnet as bob
+        >>> bob.Camera.named("front", fov=35)
+        Camera(azimuth=-90.0, elevation=0.0, fov=35.0)
+        """
+        azimuth, elevation = VIEWS[check_choice("camera", view, tuple(VIEWS))]
+        return cls(azimuth, elevation, roll, zoom, fov=fov)
 
     def __post_init__(self) -> None:
         if self.fov is None:
@@ -166,16 +177,40 @@ class Camera:
         )
 
 
+CameraLike: TypeAlias = Camera | str
+"""A camera, or the name of a view."""
+
+VIEWS = {
+    "front": (-90.0, 0.0),
+    "back": (90.0, 0.0),
+    "right": (0.0, 0.0),
+    "left": (180.0, 0.0),
+    "top": (-90.0, 90.0),
+    "bottom": (-90.0, -90.0),
+    "isometric": (-45.0, 35.26438968),
+}
+"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
+
+
 def check_camera(camera: Any) -> Camera:
-    """Return `camera`; raise InputTypeError unless it is a Camera."""
+    """Return `camera`, or that of a view's name; raise InputTypeError unless it is either."""
+    if isinstance(camera, str):
+        return Camera.named(camera)
     if not isinstance(camera, Camera):
-        raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        raise InputTypeError(
+            f"camera: expected a Camera or the name of a view, such as front, got {type(camera).__name__}"
+        )
     return camera
 
 
-def orbiting(camera: Camera | None) -> Camera:
+def as_camera(camera: Any) -> Camera:
+    """Return `camera`, that of a view's name, or for None the default."""
+    return check_camera(Camera() if camera is None else camera)
+
+
+def orbiting(camera: CameraLike | None) -> Camera:
     """Return an orbiting camera, by default `Camera()`; raise InputError if it stands at a position."""
-    camera = check_camera(Camera() if camera is None else camera)
+    camera = as_camera(camera)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")
     return camera

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.rendered import Picture
@@ -157,7 +157,7 @@ class Film:
 
 def orbit(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     frames: int = 75,
     size: SizeLike = (480, 640),

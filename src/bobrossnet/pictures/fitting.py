@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
@@ -42,7 +42,7 @@ def margin_of(scene: Scene, light: LightLike, ground: bool | None) -> float:
 
 
 def fitted(
-    scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
+    scene: SceneLike, camera: CameraLike | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
 ) -> Camera:
     """Return the camera with the zoom and pan at which the silhouette fills the picture.
 

@@ -13,7 +13,7 @@ from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
@@ -49,7 +49,7 @@ Smaller differences need no more rays.
 
 def render(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     samples: int = 4,
@@ -105,7 +105,7 @@ def render(
     ((120, 160, 4), [255, 255, 255, 255])
     """
     scene = as_scene(scene)
-    camera = Camera() if camera is None else camera
+    camera = as_camera(camera)
     check_picture(samples, background, size)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
     if lit is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import from_srgb
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
@@ -27,17 +27,6 @@ from bobrossnet.tracing.trace import trace
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
-
-VIEWS = {
-    "front": (-90.0, 0.0),
-    "back": (90.0, 0.0),
-    "right": (0.0, 0.0),
-    "left": (180.0, 0.0),
-    "top": (-90.0, 90.0),
-    "bottom": (-90.0, -90.0),
-    "isometric": (-45.0, 35.26438968),
-}
-"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
 
 SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", "bottom": "xy"}
 """The axes across and up of each view whose dimensions are drawn."""

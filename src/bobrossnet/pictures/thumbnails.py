@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import check_up, load, shape_files
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.fitting import fitted, margin_of
@@ -76,7 +76,7 @@ def thumbnails(
     out: str | os.PathLike[str],
     *,
     size: SizeLike = (256, 256),
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     samples: int = 4,
     background: Background = None,
     up: str = "z",
