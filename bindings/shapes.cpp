@@ -13,6 +13,7 @@
 
 #include "base/parallel.h"
 #include "bindings.h"
+#include "nurbs/extremes.h"
 #include "nurbs/moments.h"
 #include "shapes/brep/brep.h"
 #include "shapes/implicit/contouring.h"
@@ -219,20 +220,41 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, con
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
+bob::Face homogeneous_face_of(const nb::handle& face) {
+    bob::Face target = face_of(face);
+    bob::make_homogeneous<3>(target.surface.control_points);
+    for (bob::TrimLoop& loop : target.loops) {
+        for (bob::NurbsCurve<2>& curve : loop) bob::make_homogeneous<2>(curve.control_points);
+    }
+    return target;
+}
+
+/// (n, 3, 2): of each face its `bob::extremes` along each of three directions.
+Array<double, -1, 3, 2> face_extremes(const nb::sequence& faces, const Array<const double, 3, 3>& directions) {
+    std::vector<bob::Face> converted;
+    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
+    auto result = make_array<double, -1, 3, 2>(converted.size(), 3, 2);
+    interruptible([&] {
+        bob::parallel_for(3 * converted.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const double* row = directions.data() + 3 * (i % 3);
+                const bob::Face& face = converted[i / 3];
+                std::ranges::copy(bob::extremes(face.surface, face.loops, {row[0], row[1], row[2]}), result.data() + 2 * i);
+            }
+        });
+    });
+    return result;
+}
+
 /// (n, 15): area, normal, position and inside of `bob::Moments`, of each face.
 Array<double, -1, 15> face_moments(const nb::sequence& faces) {
     std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) converted.push_back(face_of(face));
+    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
     auto result = make_array<double, -1, 15>(converted.size(), 15);
     interruptible([&] {
         bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                bob::Face& face = converted[i];
-                bob::make_homogeneous<3>(face.surface.control_points);
-                for (bob::TrimLoop& loop : face.loops) {
-                    for (bob::NurbsCurve<2>& curve : loop) bob::make_homogeneous<2>(curve.control_points);
-                }
-                const bob::Moments found = bob::moments(face.surface, face.loops);
+                const bob::Moments found = bob::moments(converted[i].surface, converted[i].loops);
                 double* to = result.data() + 15 * i;
                 *to++ = found.area;
                 to = std::ranges::copy(found.normal, to).out;
@@ -296,6 +318,7 @@ void bind_shapes(nb::module_& m) {
     m.def("find_bounds", &find_bounds, "formula"_a);
     m.def("vm_solid", &vm_solid, "formula"_a);
 
+    m.def("face_extremes", &face_extremes, "faces"_a, "directions"_a);
     m.def("face_moments", &face_moments, "faces"_a);
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
         .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none())

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/interruption.h"
+#include "nurbs/loop_pieces.h"
 
 namespace bob {
 namespace {
@@ -55,13 +56,6 @@ void integrate(const F& f, double a, double b, double tolerance, int depth, Valu
 constexpr double inner_tolerance = 1e-10, outer_tolerance = 1e-9;  // in squares of the face's size
 constexpr int inner_depth = 10, outer_depth = 16;
 
-std::vector<double> distinct(int degree, std::span<const double> knots) {
-    const auto p = static_cast<std::size_t>(degree);
-    std::vector<double> result(knots.begin() + static_cast<std::ptrdiff_t>(p), knots.end() - static_cast<std::ptrdiff_t>(p));
-    result.erase(std::unique(result.begin(), result.end()), result.end());
-    return result;
-}
-
 /// A surface in units of its size, and its integrals along u.
 class Lines {
 public:
@@ -77,7 +71,7 @@ public:
         for (auto& point : surface_.control_points) {
             for (std::size_t i = 0; i < 3; ++i) point[i] = (point[i] - center_[i] * point[3]) / size_;
         }
-        knots_u = distinct(surface.degree_u, surface.knots_u), knots_v = distinct(surface.degree_v, surface.knots_v);
+        knots_u = distinct_knots(surface.degree_u, surface.knots_u), knots_v = distinct_knots(surface.degree_v, surface.knots_v);
         columns_.resize(2 * surface.size_u());
     }
 
@@ -149,48 +143,7 @@ private:
     std::vector<Homogeneous<3>> columns_;  // of the curve at v, then its derivative by v
 };
 
-using Piece = BezierCurve<2>;
-
-struct At {
-    double u, v, dv;
-};
-
-/// The point of a piece at t in 0..1, and the derivative of v.
-At at(const Piece& piece, double t) {
-    std::array<Homogeneous<2>, max_degree + 1> points;
-    std::ranges::copy(piece.control_points, points.begin());
-    const std::size_t n = piece.control_points.size();
-    Homogeneous<2> by{};
-    for (std::size_t left = n - 1; left > 0; --left) {
-        if (left == 1) {
-            for (std::size_t k = 0; k < 3; ++k) by[k] = static_cast<double>(n - 1) * (points[1][k] - points[0][k]);
-        }
-        for (std::size_t i = 0; i < left; ++i) {
-            for (std::size_t k = 0; k < 3; ++k) points[i][k] = std::lerp(points[i][k], points[i + 1][k], t);
-        }
-    }
-    const auto& [u, v, w] = points[0];
-    return {u / w, v / w, (by[1] - by[2] * v / w) / w};
-}
-
-/// The pieces of a loop, with the lines that close its gaps.
-std::vector<Piece> pieces_of(const TrimLoop& loop) {
-    std::vector<Piece> result;
-    const auto line_to = [&](const Homogeneous<2>& end) {
-        const Homogeneous<2>& start = result.back().control_points.back();
-        const Homogeneous<2> a{start[0] / start[2], start[1] / start[2], 1}, b{end[0] / end[2], end[1] / end[2], 1};
-        if (a != b) result.push_back({0, 1, {a, b}});
-    };
-    for (const NurbsCurve<2>& curve : loop) {
-        std::vector<Piece> own = decompose(curve);
-        if (!result.empty()) line_to(own.front().control_points.front());
-        std::ranges::move(own, std::back_inserter(result));
-    }
-    if (!result.empty()) line_to(result.front().control_points.front());
-    return result;
-}
-
-constexpr int looked = 16;  // points of a piece, between which it crosses a knot at most once
+constexpr int looked = 16;  // points of a piece, between which it crosses a knot at most once, and of a polygon
 
 /// Where a piece crosses knots, and its ends.
 std::vector<double> breaks_of(const Piece& piece, const Lines& lines) {

@@ -631,6 +631,9 @@ def basis_derivatives(degree: int, knots: F64, u: F64, order: int) -> tuple[NDAr
 def homogeneous(points: F64) -> F64:
     """Points (n, k), each with its weight behind it, multiplied by their weights, of which the largest becomes 1."""
 
+def face_extremes(faces: Sequence[Surface], directions: F64) -> F64:
+    """(n, 3, 2): the smallest and largest products of each face's points with each of three directions (3, 3)."""
+
 def face_moments(faces: Sequence[Surface]) -> F64:
     """(n, 15): of each face its area, the integral (3,) of its unit normal, that of position times normal, (3, 3), and
     (u, v) of a point inside."""

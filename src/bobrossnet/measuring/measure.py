@@ -146,7 +146,7 @@ def measure(
     >>> corners = [(0, 0, 0), (3, 0, 0), (0, 4, 0), (0, 0, 5)]
     >>> wedge = bob.Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
     >>> print(bob.measure(bob.Scene(wedge, unit="mm")))
-    3 x 4 x 5 mm, area 37.36540 mm², volume 10 mm³
+    3 x 4 x 5 mm, area 37.36542 mm², volume 10 mm³
     """
     check_unit("unit", unit)
     if other is not None and not (isinstance(what, Pick) and isinstance(other, Pick)):

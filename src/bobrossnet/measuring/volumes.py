@@ -35,6 +35,9 @@ ROUNDING = 1e-12
 QUADRATURE = 1e-8
 """The same of integrals over smooth faces."""
 
+SINGLE = 1e-6
+"""The same of meshes of formulas and tubes: these are computed in float32."""
+
 
 class Amount(NamedTuple):
     """An area and a volume."""
@@ -98,7 +101,8 @@ def of_brep(brep: Brep) -> Amount:
     position -= np.outer(middle, normal)
     volume = float(np.trace(position) / 3)
     missing = float(np.abs(position - volume * np.eye(3)).max())
-    if max(float(np.abs(normal).max()), missing / size) > OPEN * area or not volume > 0:
+    # Gaps within the tolerance of the file are no holes.
+    if max(float(np.abs(normal).max()), missing / size) > max(OPEN, brep.tolerance / size) * area or not volume > 0:
         return Amount(area, None, QUADRATURE)
     return Amount(area, volume, max(QUADRATURE, missing / volume))
 
@@ -140,7 +144,7 @@ def of_shape(shape: Shape, matrix: Matrix) -> Amount:
     if first.volume is not None and second.volume is not None:
         volume = (4 * second.volume - first.volume) / 3
         error = max(error, abs(second.volume - first.volume) / 3 / max(abs(volume), 1e-300))
-    return Amount(area, volume, max(error, ROUNDING))
+    return Amount(area, volume, max(error, SINGLE))
 
 
 def _of_mesh(mesh: Shape, matrix: Matrix) -> Amount:

@@ -284,6 +284,20 @@ class Brep(Shape):
             for face in self.faces
         ]
 
+    def boxes(self, matrix: NDArray[np.float64]) -> Values:
+        """Return the exact box around each face that is placed by a (4, 4) matrix, (n, 2, 3)."""
+        linear = np.ascontiguousarray(matrix[:3, :3])
+        extremes = self._extremes.get(linear.tobytes())
+        if extremes is None:
+            extremes = self._extremes[linear.tobytes()] = _core.face_extremes(self._faces_in_core(), linear)
+        boxes: Values = extremes.transpose(0, 2, 1) + matrix[:3, 3]
+        return boxes
+
+    @lazy
+    def _extremes(self) -> dict[bytes, Values]:
+        """By the linear parts of the matrices so far."""
+        return {}
+
     @lazy
     def moments(self) -> Values:
         """(n, 15): for each face its area, the integral (3,) of its unit normal, that of position times normal, (3, 3),

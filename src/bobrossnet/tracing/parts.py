@@ -78,6 +78,9 @@ class Shown(Protocol):
     def boxes(self) -> NDArray[np.float64]: ...
 
     @property
+    def extent(self) -> Extent: ...
+
+    @property
     def parts(self) -> Part: ...
 
     def of(self: AnyScene, instances: Iterable[Instance]) -> AnyScene: ...
@@ -152,7 +155,7 @@ class Part:
 
     @property
     def extent(self) -> Extent:
-        """The box around the part. Exact for meshes; of other shapes as `Scene.boxes`."""
+        """The box around the part, exact as `Scene.extent`."""
         return extent_of(self.scene, self.selected)
 
 
@@ -161,12 +164,18 @@ def extent_of(scene: Shown, selected: Iterable[Selected]) -> Extent:
     boxes = []
     for number, start, stop in selected:
         instance = scene.instances[number]
-        if isinstance(instance.shape, Mesh) and stop - start < len(instance.shape.triangles):
+        if isinstance(instance.shape, Mesh):
+            if stop - start == len(instance.shape.triangles):
+                boxes.append(scene.boxes[number])
+                continue
             used = instance.shape.vertices[instance.shape.triangles[start:stop].reshape(-1)]
             points = mapped(instance.transform, used)
             boxes.append(np.array([points.min(axis=0), points.max(axis=0)]))
+        elif isinstance(instance.shape, Brep):
+            of_faces = instance.shape.boxes(instance.transform)[start:stop]
+            boxes.append(np.array([of_faces[:, 0].min(axis=0), of_faces[:, 1].max(axis=0)]))
         else:
-            boxes.append(scene.boxes[number])
+            boxes.append(np.array(scene.of([instance]).extent if len(scene.instances) > 1 else scene.extent))
     low, high = np.array(boxes).transpose(1, 0, 2)
     return Extent(low.min(axis=0), high.max(axis=0))
 

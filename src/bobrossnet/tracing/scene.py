@@ -16,6 +16,7 @@ from bobrossnet import _core
 from bobrossnet.color import Color
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import (
     InputError,
@@ -29,15 +30,17 @@ from bobrossnet.support.errors import (
 from bobrossnet.support.threads import lazy
 from bobrossnet.support.units import check_unit
 from bobrossnet.support.units import factor as unit_factor
-from bobrossnet.tracing.instance import Instance, Piece
+from bobrossnet.tracing.instance import Instance, Piece, primitive_count
 from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.parts import (
     HIGHLIGHT,
     Extent,
     Part,
     PartLike,
+    Selected,
     colored,
     exploded,
+    extent_of,
     find_part,
     only,
     tree_of,
@@ -156,8 +159,11 @@ class Scene:
 
     @lazy
     def extent(self) -> Extent:
-        """The smallest box around all surfaces. Exact for scenes of meshes; other surfaces are met by rays from six
-        sides, which may miss parts thinner than 1/256 of it."""
+        """The smallest box around all surfaces.
+
+        Exact for scenes of meshes and NURBS; other surfaces are met by rays from six sides, which may miss parts
+        thinner than 1/256 of it.
+        """
         return _measured(self)
 
     @property
@@ -306,10 +312,11 @@ class Scene:
 
 
 def _measured(scene: Scene) -> Extent:
-    """Measure a scene's box: from the vertices of meshes, else by rays from six sides."""
+    """Measure a scene's box: from vertices and faces, else by rays from six sides."""
     box = np.array([scene.boxes[:, 0].min(axis=0), scene.boxes[:, 1].max(axis=0)])
-    if all(isinstance(instance.shape, Mesh) for instance in scene.instances):
-        return Extent(*box)
+    if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
+        numbers = enumerate(map(primitive_count, (instance.shape for instance in scene.instances)))
+        return extent_of(scene, (Selected(number, 0, count) for number, count in numbers))
     found, lengths = box.copy(), box[1] - box[0]
     places = (np.arange(LOOKED) + 0.5) / LOOKED
     for axis in range(3):
