@@ -122,6 +122,8 @@ class Calls:
         yield "save", bob.save, {"image": gray, "path": self.folder / "gray.png"}
         yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
+        yield "measure", bob.measure, {"what": bob.Scene(mesh, unit="mm"), "unit": "m"}
+        yield "pick", bob.pick, {"scene": mesh, "row": 0, "column": 0, "camera": camera, "size": (8, 8)}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}
         yield "implicit", bob.implicit, {"function": lambda x, y, z: x * x + y * y + z * z - 1}
@@ -169,6 +171,13 @@ class Calls:
         yield "GBuffer.sample", full.sample, {"fraction": 0.5}
         yield "Picture.save", bob.render(mesh, size=(8, 8)).save, {"path": self.folder / "a.png"}
         yield "Scene.mesh", scene.mesh, {"step": 0.5}
+        yield "Scene.part", scene.part, {"which": 0}
+        yield "Scene.color", scene.color, {"part": 0, "color": "red"}
+        yield "Scene.explode", scene.explode, {"factor": 1, "axis": "x"}
+        yield "Scene.turned", scene.turned, {"up": "y"}
+        yield "Scene.converted", bob.Scene(mesh, unit="mm").converted, {"unit": "m"}
+        yield "Camera.named", bob.Camera.named, {"view": "front"}
+        yield "View.pick", bob.View(scene, size=(8, 8)).pick, {"row": 0, "column": 0}
         yield "Scene.closest_hits", scene.closest_hits, {"origins": [(9, 0, 0)], "directions": [(-1, 0, 0)]}
         yield "Mesh.save", mesh.save, {"path": self.folder / "a.stl"}
         yield "Mesh.mesh", mesh.mesh, {"step": 0.5}

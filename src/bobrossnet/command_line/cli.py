@@ -173,7 +173,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="LENGTH",
         help="how long their sides are, in the files' unit (default: 1/128 of each shape's longest side)",
     )
-    add_up(mesh)
+    add_up(mesh, "z")
     endings = ", ".join(MESH_FORMATS)
     mesh.add_argument("-o", "--out", default="out.stl", metavar="MESH", help=f"{endings} (default: out.stl)")
 
@@ -181,7 +181,7 @@ def parser() -> argparse.ArgumentParser:
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     add_files(pack)
-    add_up(pack)
+    add_up(pack, "z")
 
     info.add(commands)
     mcp.add(commands)

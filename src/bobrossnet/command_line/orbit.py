@@ -44,8 +44,9 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     out = check_film_path(options.out)
-    camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom, fov=options.fov)
+    arguments.camera_of(options)  # checked before the files are read
     scene = arguments.scene_of(options)
+    camera = arguments.camera_of(options, scene)
     film = bob.orbit(
         scene,
         camera,

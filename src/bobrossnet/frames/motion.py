@@ -18,7 +18,7 @@ from bobrossnet.frames.frame import Frame, PartialPicture
 from bobrossnet.frames.lit_motion import MovingLight
 from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
 from bobrossnet.measuring.picking import Pick, pick
-from bobrossnet.picture.camera import Camera, CameraLike, check_camera
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera, check_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
@@ -111,7 +111,7 @@ class View:
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
-        self._camera = Camera()
+        self._camera = as_camera(None, self._scene)
         self._seen = self._seen_by(self._camera)
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown("adaptive")
@@ -128,7 +128,7 @@ class View:
         Parameters
         ----------
         camera : Camera, optional
-            By default the one of the frame before, at first `Camera()`.
+            By default the one of the frame before, at first the default camera of the scene.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
             given. Where that is enough for a dense picture, nothing is carried along: it would be no better. Where rays

@@ -17,7 +17,7 @@ from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import lit_tracer
-from bobrossnet.tracing.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 
@@ -107,7 +107,8 @@ def progressive(
     lit = None
     if tracer is None:
         assert scene is not None
-        camera = as_camera(camera)
+        scene = as_scene(scene)
+        camera = as_camera(camera, scene)
         lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
         tracer = lit or SceneTracer(scene, camera, size)
     elif light is not None or ground is not None:

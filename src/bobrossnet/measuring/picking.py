@@ -67,7 +67,8 @@ def pick(
     >>> found.part.name, found.unit
     ('mesh', None)
     """
-    scene, camera = as_scene(scene), as_camera(camera)
+    scene = as_scene(scene)
+    camera = as_camera(camera, scene)
     height, width = check_size(size)
     row, column = check_integer("row", row, 0, height - 1), check_integer("column", column, 0, width - 1)
     pixel = np.array([[row, column]], np.int32)

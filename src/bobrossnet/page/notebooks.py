@@ -65,7 +65,8 @@ def view(
     InputError
         If anywidget is not installed, or the camera has a position.
     """
-    scene, camera, size = as_scene(scene), as_camera(camera), check_size(size)
+    scene, size = as_scene(scene), check_size(size)
+    camera = as_camera(camera, scene)
     try:
         from bobrossnet.page.widget import SceneView
     except ModuleNotFoundError as error:

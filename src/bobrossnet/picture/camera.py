@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -203,14 +203,26 @@ def check_camera(camera: Any) -> Camera:
     return camera
 
 
-def as_camera(camera: Any) -> Camera:
-    """Return `camera`, that of a view's name, or for None the default."""
-    return check_camera(Camera() if camera is None else camera)
+class Fronted(Protocol):
+    """The member of `Scene` that chooses a default camera."""
+
+    has_front: bool
 
 
-def orbiting(camera: CameraLike | None) -> Camera:
-    """Return an orbiting camera, by default `Camera()`; raise InputError if it stands at a position."""
-    camera = as_camera(camera)
+FRONT = -60.0
+"""Azimuth of the default camera of scenes with a front: 30 degrees to the right of it."""
+
+
+def as_camera(camera: Any, scene: Fronted | None = None) -> Camera:
+    """Return `camera`, that of a view's name, or for None the default: on the scene's front, if it has one."""
+    if camera is None:
+        return Camera(FRONT) if scene is not None and scene.has_front else Camera()
+    return check_camera(camera)
+
+
+def orbiting(camera: CameraLike | None, scene: Fronted | None = None) -> Camera:
+    """Return an orbiting camera, by default as `as_camera`; raise InputError if it stands at a position."""
+    camera = as_camera(camera, scene)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")
     return camera

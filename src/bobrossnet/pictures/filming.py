@@ -199,7 +199,8 @@ def orbit(
     >>> bob.orbit(bob.happy_tree(), frames=50, size="320x240")
     Film(50 pictures of 320 x 240)
     """
-    first = orbiting(camera)
+    scene = as_scene(scene)
+    first = orbiting(camera, scene)
     check_integer("frames", frames, 1, 10_000)
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(

@@ -77,7 +77,7 @@ def fitted(
     scene = as_scene(scene)
     height, width = check_size(size)
     check_number("margin", margin, 0, 0.45)
-    camera = replace(orbiting(camera), zoom=1.0, pan=(0.0, 0.0))
+    camera = replace(orbiting(camera, scene), zoom=1.0, pan=(0.0, 0.0))
     points, is_all = _vertices(scene)
     if not is_all:
         scale = SHORTER / min(height, width)

@@ -105,7 +105,7 @@ def render(
     ((120, 160, 4), [255, 255, 255, 255])
     """
     scene = as_scene(scene)
-    camera = as_camera(camera)
+    camera = as_camera(camera, scene)
     check_picture(samples, background, size)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
     if lit is not None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import Color
-from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
+from bobrossnet.shapes.affine import TURNS, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
@@ -22,6 +22,7 @@ from bobrossnet.support.errors import (
     InputError,
     InputTypeError,
     check_array,
+    check_choice,
     check_finite,
     check_flag,
     check_number,
@@ -94,6 +95,8 @@ class Scene:
     ----------
     instances : tuple of Instance
     unit : str or None
+    has_front : bool
+        Whether the file's format, or that its y is up, says that its front faces -y. Default cameras then stand there.
     light, ground
         As given; environments are loaded.
     center : (3,) float64
@@ -113,6 +116,7 @@ class Scene:
         several = _Several(check_unit("unit", unit))
         self.instances = tuple(islice(several.instances(shapes), MAX_INSTANCES + 1))
         self.unit = several.unit
+        self.has_front = several.has_front
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
         if len(self.instances) > MAX_INSTANCES:
@@ -131,7 +135,13 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made_again, (self.instances, self.light, self.ground, self.unit)  # the core's objects can't be copied
+        return _made_again, (
+            self.instances,
+            self.light,
+            self.ground,
+            self.unit,
+            self.has_front,
+        )  # the core's objects can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -176,12 +186,24 @@ class Scene:
         return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
-        """Return the scene rotated from y up, the habit of games and films, to z up."""
-        return self.of(instance.transformed(UPRIGHT) for instance in self.instances)
+        """Return the scene rotated from y up, the habit of games and films, to z up. Its front, by that habit +z, is
+        then -y."""
+        return self.turned("y")
+
+    def turned(self, up: str) -> Scene:
+        """Return the scene rotated so that an axis, such as "y" or "-x", becomes z."""
+        check_choice("up", up, tuple(TURNS))
+        if up == "z":
+            return self
+        turned = self.of(instance.transformed(TURNS[up]) for instance in self.instances)
+        turned.has_front = up == "y"
+        return turned
 
     def of(self, instances: Iterable[Instance], unit: str | None = None) -> Scene:
         """Return a scene of other instances, with everything else as in this one."""
-        return Scene(instances, light=self.light, ground=self.ground, unit=unit or self.unit)
+        scene = Scene(instances, light=self.light, ground=self.ground, unit=unit or self.unit)
+        scene.has_front = self.has_front
+        return scene
 
     def converted(self, unit: str) -> Scene:
         """Return the scene with its lengths in another unit; raise InputError if its own is unknown."""
@@ -335,9 +357,11 @@ def _measured(scene: Scene) -> Extent:
 
 
 def _made_again(
-    instances: tuple[Instance, ...], light: LightLike, ground: bool | None, unit: str | None = None
+    instances: tuple[Instance, ...], light: LightLike, ground: bool | None, unit: str | None, has_front: bool
 ) -> Scene:
-    return Scene(instances, light=light, ground=ground, unit=unit)
+    scene = Scene(instances, light=light, ground=ground, unit=unit)
+    scene.has_front = has_front
+    return scene
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
@@ -354,6 +378,7 @@ class _Several:
 
     def __init__(self, unit: str | None) -> None:
         self.unit = unit
+        self.has_front = False
         self._names: set[str] = set()
         """Names below the root of the scenes so far."""
 
@@ -373,6 +398,7 @@ class _Several:
             raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")
 
     def _in_unit(self, scene: Scene) -> Iterable[Instance]:
+        self.has_front = self.has_front or scene.has_front
         if scene.unit is None or self.unit in (None, scene.unit):
             self.unit = self.unit or scene.unit
             return scene.instances

@@ -155,7 +155,8 @@ def trace(
     >>> int(part.mask.sum())
     960
     """
-    camera = as_camera(camera)
+    scene = as_scene(scene)
+    camera = as_camera(camera, scene)
     order = check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
