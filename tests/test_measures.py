@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -325,3 +326,31 @@ def test_errors_of_one_line():
     view = bob.View(tracer=lambda camera, pixels: bob.Samples(gray=np.zeros(len(pixels))), size=SIZE)
     with pytest.raises(bob.InputError, match=r"^pick: expected a view of a scene"):
         view.pick(0, 0)
+
+
+def test_the_command_line_measures(tmp_path, capsys):
+    from bobrossnet.command_line import cli
+
+    points, triangles = _cube(2)
+    pieces = [(("lower",), 6), (("upper",), 6)]
+    bob.save_scene(bob.Scene(bob.Instance(bob.Mesh(points, triangles), pieces=pieces), unit="in"), tmp_path / "a.bob")
+    assert cli.main(["measure", str(tmp_path / "a.bob")]) == 0
+    first, second, *parts = capsys.readouterr().out.splitlines()
+    assert first == "1 shape, 12 triangles: 2 x 2 x 2 in, area 24 in², volume 8 in³"
+    assert second.endswith("the unit is in")
+    assert [line.split()[0] for line in parts] == ["lower", "upper"]
+    assert cli.main(["measure", str(tmp_path / "a.bob"), "--unit", "mm", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["volume"] == pytest.approx(8 * 25.4**3)
+    assert found["unit"] == "mm"
+    assert [part["closed"] for part in found["parts"]] == [False, False]
+    assert cli.main(["measure", str(tmp_path / "a.bob"), "--only", "lower", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["area"] == pytest.approx(12)
+    assert cli.main(["measure", str(tmp_path / "a.bob"), "--hide", "loewr"]) == 2
+    assert capsys.readouterr().err == (
+        "bobrossnet: error: part: expected one of the 2 parts, such as lower, got 'loewr'\n"
+    )
+    assert cli.main(["info", str(tmp_path / "a.bob"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [part["path"] for part in told["parts"]] == [["lower"], ["upper"]]
+    assert told["unit"] == "in"

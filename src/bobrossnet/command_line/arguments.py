@@ -35,7 +35,24 @@ def scene_of(options: argparse.Namespace) -> Scene:
 
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
-        return bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+        scene = bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    if only := getattr(options, "only", None):
+        scene = scene.isolate(*map(_part, only))
+    if hidden := getattr(options, "hide", None):
+        scene = scene.hide(*map(_part, hidden))
+    return scene
+
+
+def _part(text: str) -> str | int:
+    """A part's number, or its name or path."""
+    return int(text) if text.isdecimal() else text
+
+
+def add_parts(parser: argparse.ArgumentParser) -> None:
+    """Add --only and --hide, parts of the scene."""
+    for option, what in (("--only", "show this part alone"), ("--hide", "leave this part out")):
+        told = f"{what}: its path, name or number, as info lists them; may be given several times"
+        parser.add_argument(option, action="append", metavar="PART", help=told)
 
 
 def _of_standard_input(ending: str | None, folder: str) -> str:

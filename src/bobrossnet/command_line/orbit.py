@@ -25,6 +25,7 @@ def add(commands: Any) -> None:
     arguments.add_orbit(orbit)
     arguments.add_zoom(orbit)
     arguments.add_up(orbit)
+    arguments.add_parts(orbit)
     arguments.add_model(orbit)
     orbit.add_argument(
         "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"

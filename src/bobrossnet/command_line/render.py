@@ -65,6 +65,7 @@ def add(commands: Any) -> None:
         "and pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
     )
     arguments.add_up(render)
+    arguments.add_parts(render)
     arguments.add_model(render)
     render.add_argument(
         "-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png; - writes a PNG to standard output"

@@ -70,7 +70,7 @@ def sheet(
     *,
     size: SizeLike = "1200x900",
     title: str | None = None,
-    unit: str = "",
+    unit: str | None = None,
     edges: bool = True,
     names: bool = True,
 ) -> Picture:
@@ -87,7 +87,7 @@ def sheet(
     title : str, optional
         The first words of the bottom line; size and number of parts follow. By default the scene's description.
     unit : str, optional
-        Follows the dimensions, such as "mm".
+        Follows the dimensions, such as "mm"; by default that of the scene.
     edges : bool
         Draw silhouettes and creases.
     names : bool
@@ -122,6 +122,7 @@ def sheet(
     if not 1 <= len(chosen) <= 6:
         raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
     edges, names = check_flag("edges", edges), check_flag("names", names)
+    unit = (scene.unit or "") if unit is None else unit
     for name, text in (("title", "" if title is None else title), ("unit", unit)):
         if not isinstance(text, str):
             raise InputTypeError(f"{name}: expected a string, got {type(text).__name__}")
