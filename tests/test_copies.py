@@ -42,7 +42,7 @@ def part() -> bob.GBuffer:
 
 
 def picked() -> bob.Pick:
-    found = bob.pick(bob.happy_tree(), 12, 16, size=SIZE)
+    found = bob.pick(bob.Mesh(SQUARE, [(0, 1, 2), (0, 2, 3)]), 12, 16, "top", size=SIZE)
     assert found is not None
     return found
 
@@ -84,7 +84,6 @@ STAY = {"View"}
 
 PIXELS = np.argwhere(np.ones(SIZE)).astype(np.int32)
 USED: dict[str, Callable[[Any], Any]] = {
-    "FaceMeasures": lambda: bob.measure(picked()),
     "Film": lambda film: [picture.rgba for picture in film],
     "Frame": lambda frame: (
         frame.image,

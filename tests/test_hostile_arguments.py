@@ -49,13 +49,18 @@ SLOW = {"workers", "scheduler"}
 """Arguments with values that start processes or connect to other machines."""
 
 LEFT_OUT = {
+    "Between": "made by measure",
     "Brep": "an argument of nurbs_surface, which makes one",
     "Face": "made by a Brep",
+    "FaceMeasures": "made by measure",
     "Frame": "made by progressive and View",
     "Hits": "made by closest_hits",
     "InputError": "an exception",
     "InputTypeError": "an exception",
     "InputWarning": "a warning",
+    "Measures": "made by measure",
+    "Part": "made by Scene.parts",
+    "Pick": "made by pick",
     "Picture": "made by render",
     "Shape": "abstract",
     "Tube": "made by nurbs_curve and polyline",

@@ -61,7 +61,7 @@ def test_names_of_views_are_cameras_everywhere():
         bob.InputError, match="camera: expected one of front, back, right, left, top, bottom, isometric"
     ):
         bob.trace(scene, "frnot", size=SIZE)
-    with pytest.raises(TypeError, match="camera: expected a Camera or the name of a view"):
+    with pytest.raises(TypeError, match="camera: expected a Camera, got int; names of views"):
         bob.trace(scene, 3, size=SIZE)
 
 

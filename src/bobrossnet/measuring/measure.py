@@ -350,9 +350,9 @@ def _gap(a: Surface, b: Surface) -> float | None:
         return None
     across = float(np.linalg.norm(np.cross(a.axis, b.axis)))
     offset = b.center - a.center
-    planes = [each for each in (a, b) if each.kind == "plane"]
+    planes = [axis for axis, kind in ((a.axis, a.kind), (b.axis, b.kind)) if kind == "plane"]
     if len(planes) == 1:  # an axis along the plane
-        return abs(float(offset @ planes[0].axis)) if abs(float(a.axis @ b.axis)) < 1e-6 else None
+        return abs(float(offset @ planes[0])) if abs(float(a.axis @ b.axis)) < 1e-6 else None
     if across > 1e-6:
         return None
     along = float(offset @ a.axis)

@@ -112,7 +112,7 @@ def _outward(brep: Brep) -> NDArray[np.float64]:
     scene = Scene(brep)
     random = np.random.Generator(np.random.Philox(0))
     inside = brep.moments[:, 13:]
-    by = np.array([face.derivatives(*place, 1) for face, place in zip(brep.faces, inside, strict=True)])
+    by = np.array([face.derivatives(u, v, 1) for face, (u, v) in zip(brep.faces, inside, strict=True)])
     normals = np.cross(by[:, 1, 0], by[:, 0, 1])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     tilts = random.uniform(-0.6, 0.6, (len(normals), 2 * RAYS, 3))

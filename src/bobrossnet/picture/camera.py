@@ -198,7 +198,7 @@ def check_camera(camera: Any) -> Camera:
         return Camera.named(camera)
     if not isinstance(camera, Camera):
         raise InputTypeError(
-            f"camera: expected a Camera or the name of a view, such as front, got {type(camera).__name__}"
+            f"camera: expected a Camera, got {type(camera).__name__}; names of views, such as front, do as well"
         )
     return camera
 

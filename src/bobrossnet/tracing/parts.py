@@ -249,7 +249,7 @@ def find_part(scene: Shown, which: Any) -> Part:
     parts = list(scene.parts.walk())
     if isinstance(which, int | np.integer) and not isinstance(which, bool):
         if not 0 <= which < len(parts):
-            raise InputError(f"part: expected a number in 0..{len(parts) - 1}, got {which}")
+            raise InputError(f"part: expected a number in 0..{len(parts) - 1}, got {brief(which, of_type=False)}")
         return parts[int(which)]
     if isinstance(which, tuple):
         found = [part for part in parts if part.path == which]
