@@ -281,12 +281,13 @@ def test_damaged_trees_are_refused(tmp_path):
     data = packed(tetrahedron(name="a"))
     content = read_json(read_json(data[8 : 8 + int.from_bytes(data[:8], "little")])["__metadata__"]["scene"])
     damaged = [
-        {"unit": "parsec", "pieces": [[]]},
-        {"unit": None, "pieces": []},
-        {"pieces": [[]]},
-        {"unit": None, "pieces": [[[["a"], 3]]]},
-        {"unit": None, "pieces": [[["a", 4]]]},
-        {"unit": None, "pieces": [3]},
+        {"unit": "parsec", "has_front": False, "pieces": [[]]},
+        {"unit": None, "has_front": False, "pieces": []},
+        {"unit": None, "pieces": [[]]},
+        {"unit": None, "has_front": 3, "pieces": [[]]},
+        {"unit": None, "has_front": False, "pieces": [[[["a"], 3]]]},
+        {"unit": None, "has_front": False, "pieces": [[["a", 4]]]},
+        {"unit": None, "has_front": False, "pieces": [3]},
     ]
     for parts in damaged:
         (tmp_path / "a.bob").write_bytes(sealed(layout(content, load(data), "1", parts)))

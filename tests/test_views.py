@@ -71,7 +71,7 @@ def test_the_tower_is_at_the_front_right():
     assert columns.min() > gray.shape[1] / 2
 
 
-def test_default_cameras_stand_at_the_front():
+def test_default_cameras_stand_at_the_front(tmp_path):
     scene = bob.load(DUCK)
     assert scene.has_front
     front = bob.trace(scene, bob.Camera(azimuth=-60), size=SIZE).gray
@@ -82,6 +82,8 @@ def test_default_cameras_stand_at_the_front():
     plain = marker()
     assert not plain.has_front
     assert np.array_equal(bob.trace(plain, size=SIZE).gray, bob.trace(plain, bob.Camera(), size=SIZE).gray)
+    bob.save_scene(scene, tmp_path / "a.bob")
+    assert bob.load(tmp_path / "a.bob").has_front
     for same in (bob.Scene([scene, plain]), scene.explode(1), scene.converted("mm")):
         assert same.has_front
 

@@ -25,7 +25,7 @@ from bobrossnet.shapes.picture import Picture
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_flag, check_integer
 from bobrossnet.support.paths import MAX_BYTES, path_of
 from bobrossnet.support.tensors import tensor_file
 from bobrossnet.support.units import check_unit
@@ -194,37 +194,41 @@ def read_scene(file: Path) -> Scene:
         raise InputError(f"instances: expected at most {MAX_INSTANCES:,}, got {len(instances):,}")
     shapes = _shapes(_list("shapes", content["shapes"]), tensors)
     materials: dict[str, Material] = {}
-    unit, pieces = _parts(metadata.get(PARTS), len(instances))
+    unit, has_front, pieces = _parts(metadata.get(PARTS), len(instances))
     made = [_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)]
-    return Scene([replace(one, pieces=own) if own else one for one, own in zip(made, pieces, strict=True)], unit=unit)
+    scene = Scene([replace(one, pieces=own) if own else one for one, own in zip(made, pieces, strict=True)], unit=unit)
+    scene.has_front = has_front
+    return scene
 
 
 def _parts_of(scene: Scene) -> dict[str, Any] | None:
-    """The unit, and the tree of parts: pairs of a path and a count for each instance. None if there is neither."""
-    if scene.unit is None and not any(instance.pieces for instance in scene.instances):
+    """The unit, whether there is a front, and the pieces of each instance, pairs of a path and a count; or None."""
+    if scene.unit is None and not scene.has_front and not any(instance.pieces for instance in scene.instances):
         return None
-    return {"unit": scene.unit, "pieces": [instance.pieces for instance in scene.instances]}
+    return {
+        "unit": scene.unit,
+        "has_front": scene.has_front,
+        "pieces": [instance.pieces for instance in scene.instances],
+    }
 
 
-def _parts(text: str | None, count: int) -> tuple[str | None, list[Any]]:
-    """The unit and the pieces of each instance, which `Instance` checks."""
+def _parts(text: str | None, count: int) -> tuple[str | None, bool, list[Any]]:
+    """The unit, whether there is a front, and the pieces of each instance, which `Instance` checks."""
     if text is None:
-        return None, [()] * count
-    content = _fields(PARTS, read_json(text), "unit", "pieces")
+        return None, False, [()] * count
+    content = _fields(PARTS, read_json(text), "unit", "has_front", "pieces")
+    has_front = check_flag(f"{PARTS}.has_front", content["has_front"])
     pieces = _list(f"{PARTS}.pieces", content["pieces"])
     if len(pieces) != count:
         raise InputError(f"{PARTS}.pieces: expected those of {count:,} instances, got {len(pieces):,}")
     unit = check_unit(f"{PARTS}.unit", content["unit"])
-    return unit, [[_piece(piece) for piece in _list(f"{PARTS}.pieces", own)] for own in pieces]
+    return unit, has_front, [[_piece(piece) for piece in _list(f"{PARTS}.pieces", own)] for own in pieces]
 
 
 def _piece(piece: Any) -> Any:
     """Tuples of lists; other values as they are."""
-    return (
-        (tuple(piece[0]), piece[1])
-        if isinstance(piece, list) and len(piece) == 2 and isinstance(piece[0], list)
-        else piece
-    )
+    is_pair = isinstance(piece, list) and len(piece) == 2 and isinstance(piece[0], list)
+    return (tuple(piece[0]), piece[1]) if is_pair else piece
 
 
 def _check_header(data: bytes, name: str = "") -> None:

@@ -130,10 +130,10 @@ def _pieces(pieces: Iterable[Any], shape: Shape) -> tuple[Piece, ...]:
         if not (isinstance(path, tuple) and path and all(isinstance(name, str) for name in path)):
             raise InputTypeError(f"pieces: expected paths, tuples of at least one name, got {path!r:.100}")
         checked.append(Piece(path, None if count is None else check_integer("pieces", count, 1, 2**31 - 1)))
-    if len(checked) == 1 and checked[0].size is None:
+    if not checked or (len(checked) == 1 and checked[0].size is None):
         return tuple(checked)
     total, expected = sum(piece.size or 0 for piece in checked), primitive_count(shape)
-    if checked and (total != expected or any(piece.size is None for piece in checked)):
+    if total != expected or any(piece.size is None for piece in checked):
         raise InputError(f"pieces: expected counts of all {expected:,} primitives of the shape, got {total:,}")
     return tuple(checked)
 

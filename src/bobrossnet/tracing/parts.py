@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from difflib import get_close_matches
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -264,6 +263,8 @@ def find_part(scene: Shown, which: Any) -> Part:
     if found:
         paths = ", ".join(one_line(part) for part in found[:MAX_SHOWN])
         raise InputError(f"part: expected a path, as {len(found):,} parts are called {name!r}: {paths}")
+    from difflib import get_close_matches  # imported by errors alone
+
     texts = {text.lower(): str(part) for part in parts for text in (part.name, str(part))}
     near = dict.fromkeys(texts[text] for text in get_close_matches(name.lower(), texts, MAX_SHOWN))
     shown = [one_line(text) for text in [*near] or [str(part) for part in parts[:MAX_SHOWN]]]
