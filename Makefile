@@ -78,11 +78,6 @@ yyjson:
 	sed -i 's/if (char_is_space(cur\[1\]) \&\& char_is_space(cur\[2\])) {/if (true) {/' vendor/yyjson/yyjson.c  # one way to read texts of both kinds, for the page's sake
 	cp build/yyjson/LICENSE vendor/yyjson
 
-# The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
-npm: $(VENV)/installed
-	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm
-	cd out/npm && npm pack --silent
-
 # Types of the viewer's page, as its comments say them; npm brings what checks them.
 TSC := build/types/node_modules/.bin/tsc
 $(TSC):
@@ -91,6 +86,11 @@ $(TSC):
 
 types: $(TSC)
 	@[ ! -x $(TSC) ] || $(TSC) -p jsconfig.json
+
+# The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
+npm: $(VENV)/installed $(TSC)
+	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm $(TSC)
+	cd out/npm && npm pack --silent
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -37,10 +37,11 @@ SKBUILD_BUILD_DIR=build/$(1) SKBUILD_CMAKE_DEFINE="BOBROSSNET_SANITIZE=$(2);BOBR
   $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target build/$(1)/site .
 endef
 sanitized = LD_PRELOAD="$(foreach l,$(1),$(shell $(CXX) -print-file-name=lib$(l).so))" PYTHONPATH=build/$(2)/site setarch -R $(BIN)/pytest -s -m "not measures"
-ON_THREADS := tests/test_complete.py tests/test_custom.py tests/test_implicit.py tests/test_kernels.py tests/test_nurbs_tracing.py \
-  tests/test_progressive.py tests/test_scene.py tests/test_threads.py tests/test_trace.py
-IN_THE_CORE := $(ON_THREADS) tests/test_channels.py tests/test_container.py tests/test_files.py tests/test_formula.py tests/test_gbuffer.py \
-  tests/test_mesh_word.py tests/test_nurbs.py tests/test_nurbs_basis.py tests/test_order.py tests/test_script.py tests/test_sdf.py
+ON_THREADS := tests/test_async_tracers.py tests/test_complete.py tests/test_custom.py tests/test_implicit.py tests/test_kernels.py \
+  tests/test_light.py tests/test_motion.py tests/test_nurbs_tracing.py tests/test_progressive.py tests/test_scene.py tests/test_threads.py \
+  tests/test_trace.py
+IN_THE_CORE := $(ON_THREADS) tests/test_cases_of_meshes.py tests/test_channels.py tests/test_container.py tests/test_files.py \
+  tests/test_formula.py tests/test_gbuffer.py tests/test_gltf.py tests/test_guided.py tests/test_mesh_word.py tests/test_nurbs.py tests/test_nurbs_basis.py tests/test_order.py tests/test_script.py tests/test_sdf.py
 
 check-threads: $(VENV)/installed-test
 	$(call core_tests,threads,-DBOBROSSNET_SANITIZE=thread,setarch -R)

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, shape_files, spread, table
-from sparse import SIZE, on_one_thread
+from sparse_rays import SIZE, on_one_thread
 
 import bobrossnet as bob
 from bobrossnet.color import luminance, to_srgb

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from rays import camera_rays, seen_alike
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from skimage.measure import marching_cubes
-from sparse import on_one_thread, sparse_table
+from sparse_rays import on_one_thread, sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core

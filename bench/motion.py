@@ -21,7 +21,7 @@ from upscaling import edge_directed
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.frames import calls, frame, motion
-from bobrossnet.frames.motion import SHADED_ANEW
+from bobrossnet.frames.motion import RESHADED
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 
 SIZE = (480, 640)
@@ -101,7 +101,7 @@ def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[flo
 
 def costs(scene: bob.Scene) -> dict[str, float]:
     """Return the milliseconds of one thread for each step of a frame, medians, after a wholly traced picture."""
-    history, layout = _core.History(SHADED_ANEW.core, *SIZE), SHADED_ANEW
+    history, layout = _core.History(RESHADED.core, *SIZE), RESHADED
     camera = bob.Camera()
     tracer = bob.SceneTracer(scene, camera, SIZE, layout)
     planes = np.zeros((layout.width, *SIZE), np.float32)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from rays import F32, F64, build_embree, camera_rays, random_rays, seen_alike
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from scipy.spatial import Delaunay
-from sparse import sparse_table
+from sparse_rays import sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core

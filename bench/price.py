@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from implicit import solid
 from report import MODELS, heading, in_turn, table
-from sparse import on_one_thread
+from sparse_rays import on_one_thread
 from upscaling import edge_directed
 
 import bobrossnet as bob

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from rays import build_embree, random_rays
 from report import heading, in_turn, median_ratio, shape_files, spread, table
-from sparse import SHARES, SIZE, on_one_thread, sparse_table
+from sparse_rays import SHARES, SIZE, on_one_thread, sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core

@@ -206,6 +206,10 @@ void bind_picture(nb::module_& m) {
             new (self) bob::Camera{azimuth, elevation, roll, zoom, pan[0], pan[1], fov};
             if (standpoint) self->standpoint = {(*standpoint)[0], (*standpoint)[1], (*standpoint)[2]};
         }, "azimuth"_a, "elevation"_a, "roll"_a, "zoom"_a, "pan"_a, "fov"_a, "standpoint"_a)
+        .def("pose", [](const bob::Camera& camera, int height, int width) {
+            const auto pose = bob::Projection(camera, height, width).pose();
+            return std::make_tuple(pose.right, pose.up, pose.toward, pose.origin, pose.pixel);
+        }, "height"_a, "width"_a)
         .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert())
         .def("seen", &seen, "height"_a, "width"_a, "points"_a.noconvert())
         .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert())

@@ -179,7 +179,7 @@ EXPORT(make_vm_solid) Shape* make_vm_solid(const Formula* formula, const double*
     });
 }
 
-/// The arrays of a scene file's brep (CONVENTIONS.md); colors: (face_count, 3), or null.
+/// The arrays of a scene file's brep (docs/reference/scene-files.md); colors: (face_count, 3), or null.
 EXPORT(make_brep)
 Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double* control_points, const double* knots,
                  const std::int32_t* loops, const std::int32_t* trims, const double* trim_control_points,

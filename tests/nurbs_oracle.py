@@ -21,7 +21,7 @@ from bobrossnet.support import tables
 F64 = NDArray[np.float64]
 
 TOLERANCE = 1e-5
-"""Tolerance of a hit's distance from its face, in radii of the bounding sphere (CONVENTIONS.md)."""
+"""Tolerance of a hit's distance from its face, in radii of the bounding sphere (docs/reference/tolerances.md)."""
 AIM = 5e-6
 """Radius of a disc of rays, in radii. A miss counts only if all rays of the disc around it hit the face.
 

@@ -1,6 +1,7 @@
 """<bob-view>: its pictures, attributes and events, from a server of static files."""
 
 import base64
+import re
 from io import BytesIO
 
 import numpy as np
@@ -166,7 +167,10 @@ def test_what_is_wrong_is_told_and_shown(shown):
     page = shown('src="none.ply"')
     page.wait_for_selector("#wrong:not([hidden])")
     (detail,) = told(page, "error")
-    assert detail["message"].endswith("none.ply: 404 File not found")
+    assert re.fullmatch(
+        r"none\.ply: expected a file at http://\S+/none\.ply, got 404 File not found; check the address",
+        detail["message"],
+    )
     assert page.text_content("#wrong") == detail["message"]
     page.evaluate("""() => {
       document.querySelector("bob-view").addEventListener("error", (event) => event.preventDefault());

@@ -651,7 +651,7 @@ def test_gltf_files_have_a_limit_together(tmp_path: Path, monkeypatch: pytest.Mo
     one, other = ({"uri": name, "byteLength": 72} for name in ("a.bin", "b.bin"))
     assert len(loaded(tmp_path, gltf([{"mesh": 0}], buffers=[one, one])).triangles) == 1  # read once
     file = written(tmp_path / "a.gltf", json.dumps(gltf([{"mesh": 0}], buffers=[one, other])))
-    assert "expected files of at most 143 bytes beside it, got more in b.bin" in error_of(file)
+    assert "expected files of at most 143 bytes next to it, got more in b.bin" in error_of(file)
 
 
 def test_gltf_unused_accessors_take_no_memory(tmp_path: Path) -> None:

@@ -126,6 +126,11 @@ class Calls:
         yield "View", bob.View, {"scene": scene, "size": (8, 8)}
         yield "save", bob.save, {"image": gray, "path": self.folder / "gray.png"}
         yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
+        yield (
+            "views",
+            bob.views,
+            {"scene": mesh, "cameras": [camera], "channels": ["depth"], "size": (8, 8), "samples": 1},
+        )
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
         yield "measure", bob.measure, {"what": bob.Scene(mesh, unit="mm"), "unit": "m"}
         yield "pick", bob.pick, {"scene": mesh, "row": 0, "column": 0, "camera": camera, "size": (8, 8)}

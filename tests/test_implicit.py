@@ -156,7 +156,7 @@ def clear_of_edges(solid, origin, direction, distance):
 
 
 def pixel_rays(scene, camera, size):
-    """Return origins on the plane through the sphere's front, directions, and the screen axes (CONVENTIONS.md)."""
+    """Return origins on the plane in front of the sphere, directions and screen axes: docs/reference/camera.md."""
     height, width = size
     azimuth, elevation, roll = np.radians([camera.azimuth, camera.elevation, camera.roll])
     toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])

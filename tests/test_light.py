@@ -536,7 +536,7 @@ def test_views_begin_anew_whatever_their_seed():
 def test_views_under_the_headlight_are_as_they_were():
     with_light = bob.View(bob.happy_tree(), size=SIZE, light="headlight").frame(fraction=0.1)
     assert np.array_equal(with_light.image, bob.View(bob.happy_tree(), size=SIZE).frame(fraction=0.1).image)
-    with pytest.raises(bob.InputError, match="light: expected none beside a tracer"):
+    with pytest.raises(bob.InputError, match="light: expected none with a tracer"):
         bob.View(tracer=lambda camera, pixels: None, light="studio")
 
 

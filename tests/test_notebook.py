@@ -100,14 +100,24 @@ MODEL = """async ({ script, state, scene }) => {
 }"""
 
 
-def exact(page):
-    """Return the picture of the widget's element, (H, W, 4)."""
-    address = page.evaluate("""async () => {
-      const view = document.querySelector("bob-view");
+def given(view):
+    """Return what MODEL needs of a widget's state."""
+    state = view.get_state()
+    settings = {name: state[name] for name in ("size", "camera", "background")}
+    return {"script": state["_esm"], "state": settings, "scene": base64.b64encode(state["scene"]).decode()}
+
+
+def exact(page, i=0):
+    """Return the picture of widget i's element, (H, W, 4)."""
+    address = page.evaluate(
+        """async (i) => {
+      const view = document.querySelectorAll("bob-view")[i];
       if (!view.viewing.statistics.pictures) await new Promise((shown) => view.addEventListener("load", shown));
       await view.converged();
       return view.toDataURL();
-    }""")
+    }""",
+        i,
+    )
     return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))))
 
 
@@ -119,22 +129,56 @@ def assert_shows(found, camera):
 
 
 def test_the_widget_shows_its_state_and_tells_its_camera(browser):
-    state = bob.view(ball(), bob.Camera(azimuth=10), size=SIZE).get_state()
+    view = bob.view(ball(), bob.Camera(azimuth=10), size=SIZE)
     page = browser.new_page()
     page.set_content("<!doctype html>")
-    settings = {name: state[name] for name in ("size", "camera", "background")}
-    scene = base64.b64encode(state["scene"]).decode()
-    page.evaluate(MODEL, {"script": state["_esm"], "state": settings, "scene": scene})
+    page.evaluate(MODEL, given(view))
     assert_shows(exact(page), bob.Camera(azimuth=10))
     page.focus("bob-view")
     for _ in range(3):
         page.keyboard.press("ArrowRight")
     page.wait_for_function("() => sent.length && sent.at(-1).azimuth === 25")
-    page.evaluate("(camera) => model.change('camera', camera)", {**state["camera"], "azimuth": 80})
+    page.evaluate("(camera) => model.change('camera', camera)", {**view.get_state("camera")["camera"], "azimuth": 80})
     assert_shows(exact(page), bob.Camera(azimuth=80))
     page.evaluate("() => end()")
     assert page.locator("bob-view").count() == 0
     assert page.evaluate("() => model.listeners.size") == 0
+    page.close()
+
+
+def test_scenes_of_one_page_share_the_element(browser):
+    """Notebooks import a module for each widget, also when a cell runs again; each brings the parts for its scene."""
+    page = browser.new_page()
+    page.set_content("<!doctype html>")
+    wrong = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    for shape in (bob.happy_tree(), ball(), ball()):  # the first needs meshes only
+        page.evaluate(MODEL, given(bob.view(shape, bob.Camera(azimuth=10), size=SIZE)))
+    assert_shows(exact(page, 1), bob.Camera(azimuth=10))
+    assert_shows(exact(page, 2), bob.Camera(azimuth=10))
+    assert exact(page)[..., 3].any()
+    assert page.evaluate("() => Array.from(document.body.children, ({ localName }) => localName)") == ["bob-view"] * 3
+    page.close()
+    assert wrong == []
+
+
+def test_elements_of_several_versions_do_not_mix(browser):
+    page = browser.new_page()
+    told = []
+    page.on("console", lambda entry: told.append(entry.text))
+    page.set_content("<!doctype html>")
+    page.evaluate("""() => {
+      customElements.define("bob-view", class extends HTMLElement { static version = "0.0.1"; });
+    }""")
+    page.evaluate(MODEL, given(bob.view(ball(), bob.Camera(azimuth=10), size=SIZE)))
+    name = page.evaluate("() => document.body.lastElementChild.localName")
+    assert name == f"bob-view-{bob.__version__}-embedded"
+    page.evaluate("() => document.body.lastElementChild.converged()")
+    (warning,) = [text for text in told if "bob-view" in text]
+    assert warning == (
+        f"<bob-view> has version 0.0.1 on this page, and <{name}> has version {bob.__version__}-embedded; "
+        "load one version only"
+    )
     page.close()
 
 
@@ -170,17 +214,17 @@ def have_state_saved(folder):
     (settings / "plugin.jupyterlab-settings").write_text('{"saveState": true}')
 
 
-def write_notebook(path):
+def write_notebook(path, sources):
     cells = [
         {"cell_type": "code", "execution_count": None, "id": str(i), "metadata": {}, "outputs": [], "source": source}
-        for i, source in enumerate(CELLS)
+        for i, source in enumerate(sources)
     ]
     metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     path.write_text(json.dumps({"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}))
 
 
 def test_in_jupyter_lab_it_turns_with_a_kernel_and_without_and_from_the_notebook_alone(browser, tmp_path):
-    write_notebook(tmp_path / "scene.ipynb")
+    write_notebook(tmp_path / "scene.ipynb", CELLS)
     have_state_saved(tmp_path)
     with jupyter_lab(tmp_path) as address:
         page = browser.new_page(viewport={"width": 1100, "height": 800})
@@ -233,4 +277,35 @@ def test_in_jupyter_lab_it_turns_with_a_kernel_and_without_and_from_the_notebook
         page.reload()
         page.wait_for_selector("bob-view", timeout=60_000)
         assert_shows(exact(page), bob.Camera(azimuth=35))
+        page.close()
+
+
+AGAIN = [
+    "import bobrossnet as bob\nbob.view(bob.happy_tree(), bob.Camera(azimuth=10), size=(150, 200))",
+    "ball = bob.implicit(lambda x, y, z: x**4 + y**4 + z**4 - 1)\n"
+    "bob.view(ball, bob.Camera(azimuth=10), size=(150, 200))",
+]
+
+
+def test_in_jupyter_lab_several_scenes_are_shown_and_cells_run_again(browser, tmp_path):
+    write_notebook(tmp_path / "scenes.ipynb", AGAIN)
+    with jupyter_lab(tmp_path) as address:
+        page = browser.new_page(viewport={"width": 1100, "height": 800})
+        page.goto(f"{address}lab/tree/scenes.ipynb?token=none")
+        cell = page.locator(".jp-Cell")
+        cell.first.click(timeout=60_000)
+        page.wait_for_selector("[data-status=idle]", timeout=60_000)
+        for i in (0, 1, 1, 0):
+            cell.nth(i).locator(".jp-InputPrompt").click()
+            page.evaluate("() => document.querySelectorAll('bob-view').forEach(({ dataset }) => (dataset.isOld = ''))")
+            page.keyboard.press("Control+Enter")
+            page.wait_for_function(
+                "(i) => document.querySelectorAll('.jp-Cell')[i].querySelector('bob-view:not([data-is-old])')",
+                arg=i,
+                timeout=60_000,
+            )
+        assert exact(page, 0)[..., 3].any()
+        assert_shows(exact(page, 1), bob.Camera(azimuth=10))
+        if picture := os.environ.get("NOTEBOOK_PICTURE"):
+            page.screenshot(path=picture)
         page.close()

@@ -24,7 +24,7 @@ def unit(vectors):
 
 @dataclass
 class Pinhole:
-    """A camera as defined in CONVENTIONS.md."""
+    """A camera as defined in docs/reference/camera.md."""
 
     eye: np.ndarray
     right: np.ndarray
@@ -453,11 +453,11 @@ def test_a_pixel_does_not_depend_on_its_neighbours(kind, camera):
         ({"fov": "wide"}, "fov: expected a number, got str 'wide'"),
         ({"pan": 3}, r"pan: expected shape \(2,\)"),
         ({"pan": (0, float("inf"))}, "pan: expected finite numbers"),
-        ({"position": (1, 2, 3)}, "position: expected a fov above 0 beside it, such as fov=35"),
+        ({"position": (1, 2, 3)}, "position: expected a fov above 0 with it, such as fov=35"),
         ({"position": (1, 2), "fov": 35}, r"position: expected shape \(3,\), got \(2,\)"),
         ({"position": (1, 2, 3), "target": (1, 2, 3), "fov": 35}, "target: expected another place than the position"),
-        ({"position": (1, 2, 3), "azimuth": 0, "fov": 35}, "azimuth: expected none beside a position, got 0"),
-        ({"position": (1, 2, 3), "elevation": 5, "fov": 35}, "elevation: expected none beside a position"),
+        ({"position": (1, 2, 3), "azimuth": 0, "fov": 35}, "azimuth: expected none with a position, got 0"),
+        ({"position": (1, 2, 3), "elevation": 5, "fov": 35}, "elevation: expected none with a position"),
         ({"target": (1, 2, 3), "fov": 35}, "target: expected none without a position"),
         ({"up": (1, 2, 3)}, "up: expected none without a position"),
         ({"position": (0, 0, 3), "target": (0, 0, 0), "fov": 35}, r"up: .* such as \(0, 1, 0\), got \(0, 0, 1\)"),

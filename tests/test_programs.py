@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import subprocess
 import sys
 
@@ -105,3 +106,21 @@ def test_silence(part, tmp_path):
 
 def test_json_or_silence(part):
     assert run("info", part, "--json", "--quiet").returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("bobrossnet thu", {"thumbs"}),
+        ("bobrossnet render --gro", {"--ground"}),
+        ("bobrossnet dataset views --format ", {"npz", "exr", "webdataset"}),
+    ],
+)
+def test_shells_complete_words(line, words, tmp_path):
+    pytest.importorskip("argcomplete")
+    answer = tmp_path / "answer"
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    asked |= {"_ARGCOMPLETE_STDOUT_FILENAME": str(answer), "_ARGCOMPLETE_IFS": "\n"}
+    done = subprocess.run([sys.executable, "-m", "bobrossnet"], env={**os.environ, **asked}, timeout=60, check=False)
+    assert done.returncode == 0
+    assert {word.strip() for word in answer.read_text().split("\n")} == words

@@ -179,7 +179,7 @@ def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
         ({"scene": 1, "tracer": flat_tracer}, "progressive: expected either a scene or a tracer, got both"),
         ({"scene": "nothing.ply"}, "nothing.ply: expected a file, found nothing at nothing.ply"),
         ({"tracer": 5}, "tracer: expected a callable, got int"),
-        ({"tracer": flat_tracer, "camera": bob.Camera()}, "camera: expected none beside a tracer"),
+        ({"tracer": flat_tracer, "camera": bob.Camera()}, "camera: expected none with a tracer"),
         (
             {"tracer": flat_tracer, "frame_ms": 33, "fraction": 0.1},
             "progressive: expected frame_ms or fraction",

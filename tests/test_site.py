@@ -37,6 +37,9 @@ def test_the_site_builds_and_has_the_page(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert (out / "page/core.wasm").is_file()
     assert 'url=docs/site/index.html"' in (out / "index.html").read_text()
+    listed = re.findall(r"\]\((.+)\)", (out / "llms.txt").read_text())
+    assert "docs/how-to/thumbnails.html" in listed
+    assert all((out / page).is_file() for page in listed)
     reference = (out / "docs/site/api.html").read_text()
     assert all(f'id="bobrossnet.{name}"' in reference for name in bob.__all__)
     commands = (out / "docs/site/commands.html").read_text()

@@ -960,11 +960,17 @@ FACES = b"element face 1\nproperty list int int vertex_indices\nend_header\n"
 LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
 
 
+FORMAT = "expected a format that this page reads"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "error"),
     [
-        ("a.xyz", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got .xyz"),
-        ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending"),
+        ("a.xyz", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got .xyz; convert it to one"),
+        ("a.step", b"?", f"{FORMAT}, got .step; convert it: bobrossnet pack a.bob a.step"),
+        ("my part.3DM", b"?", f"{FORMAT}, got .3dm; convert it: bobrossnet pack 'my part.bob' 'my part.3DM'"),
+        (f"{'a' * 50}.igs", b"?", f"{FORMAT}, got .igs; convert it: bobrossnet pack scene.bob FILE"),
+        ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending; add one, as in #part.glb after"),
         ("a.ply", b"", "expected a scene, got an empty file"),
         ("a.ply", b"OFF", "expected a PLY, which starts with 'ply', got 'OFF'"),
         ("a.ply", b"ply\nformat ascii 1.0\n", "expected a PLY header that ends in end_header, got none"),

@@ -15,34 +15,34 @@
 namespace bob {
 namespace {
 
-/// Light is fitted to about so many samples where these are exact: half as many leave out slopes, twice as many blur.
+/// Number of exact samples in a fit: with half of it, slopes are lost; with twice, light is blurred.
 constexpr double samples_around = 16;
 
-/// And to so many more of noise: times the cube root of the share of it, and of the density squared. That is what makes the error of the
-/// mean and that of the width grow alike; twice as many are too wide at 5 % of the pixels, half as many too noisy at all of them.
+/// Further samples per unit of noise, times the cube root of (share of noise x density²): variance and bias then grow at the same rate.
+/// Twice as many blur 5 % of the pixels; half as many leave noise at 100 %.
 constexpr double samples_for_noise = 1000, most_samples = 600;
 
-/// What squared distances in pixels are raised by, where samples are exact, and in shares of the squared reach where they are not: near
-/// samples then hardly count for more than others. That is so from a variance of so much of the light's square on.
+/// Offset of squared distances: in pixels² for exact samples, in shares of the squared reach for noisy ones, whose weights are then
+/// nearly uniform. Samples are noisy from this variance on, relative to the squared light.
 constexpr double sharp = 0.3, blunt = 0.5, noisy = 0.02;
 
 /// A noisy sample is at most this much of the mean around it; a twentieth of all light is lost at 1.5, fireflies stay at 3.
 constexpr double brighter = 2;
-/// But no sample is darkened by more than so many of its own deviations: lamps are bright and not noisy.
+/// Maximum darkening of a sample, in its standard deviations: lamps are bright without noise.
 constexpr double darkened = 3;
 constexpr int clamp_rounds = 3;
 constexpr double samples_to_clamp = 64;
 
-/// Scatter around the fit is taken for detail from so many times the noise on: noise has long tails.
+/// Scatter around the fit is detail if it exceeds the noise by this factor, since noise has long tails.
 constexpr float noise_explains = 5;
 
-/// Where the weights of like samples are less than this in sum, there are none, and one looks twice as far.
+/// Minimum sum of the weights of samples on the same surface; below it, the reach doubles.
 constexpr float least_weight = 1e-2f;
 constexpr int widenings = 4;
-/// As many samples are enough, however far one looks.
+/// Maximum number of samples at any reach.
 constexpr int enough = 4096;
 
-/// On planes every so many rows are fitted, of the reach, and those between are interpolated: an error of 1 % of a shadow's edge.
+/// Spacing of fitted rows on planes, as a share of the reach. Rows between are interpolated, with an error of 1 % at a shadow's edge.
 constexpr float reach_per_row = 8;
 
 constexpr int tile_width = GuidedSurfaces::row_multiple, tile_height = 8;
@@ -78,10 +78,10 @@ private:
     std::vector<double> sums_;
 };
 
-/// What was traced, row by row.
+/// Traced samples in row order.
 struct Traced {
     std::vector<GuidedSample> samples;
-    std::vector<int> first;  // sample of each row, and one more
+    std::vector<int> first;  // first sample of each row, and the end
     bool is_noisy = false;
 
     Traced(const Layout& known, const float* planes, const Channel& channel, const GuidedSurfaces& surfaces) {
@@ -119,7 +119,7 @@ struct Traced {
     }
 };
 
-/// How far samples count, and how little the near ones do more than others: at the corners of tiles, linear between them.
+/// Reach and offset of distances at the corners of tiles, linearly interpolated between them.
 class Reaches {
 public:
     struct Reach {
@@ -195,7 +195,7 @@ private:
         }
     }
 
-    /// Within which there are so many samples, in rows and columns; all of the picture where it has fewer.
+    /// The smallest reach with this number of samples, in rows and columns; at most the whole picture.
     [[nodiscard]] float reach(int y, int x, double samples) const {
         float low = narrowest, high = static_cast<float>(height_ + width_);
         if (counts_.around(y, x, static_cast<int>(low)) >= samples) return low;
@@ -214,13 +214,13 @@ private:
     std::vector<Reach> corners_;
 };
 
-/// What the kernels write for the pixels of a tile.
+/// Output of the kernels for the pixels of a tile.
 struct Fitted {
     static constexpr std::size_t size = tile_width * tile_height;
     std::array<float, size> light[3], weight{}, detail{}, noise{};
 };
 
-/// Whether a tile shows one plane: then the fit goes along smoothly from row to row.
+/// Whether a tile shows one plane, so that the fit varies smoothly from row to row.
 bool is_plane(const GuidedSurfaces& surfaces, int top, int bottom, int left, int right) {
     const auto at = [&](GuidedSurfaces::Plane plane, int y, int x) { return surfaces.row(plane, y)[x]; };
     const int y0 = (top + bottom) / 2, x0 = (left + right) / 2;
@@ -245,7 +245,7 @@ bool is_plane(const GuidedSurfaces& surfaces, int top, int bottom, int left, int
     return true;
 }
 
-/// Fits one tile, looking farther where there are no like samples.
+/// Fits one tile, with a larger reach where no sample is on the same surface.
 void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, bool covered_only, Fitted& fitted) {
     const auto& kernels = best_guided_kernels();
     const int top = down * tile_height, left = across * tile_width, bottom = std::min(top + tile_height, surfaces.height());

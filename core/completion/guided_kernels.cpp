@@ -6,25 +6,24 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// 1, the place in the picture, and the normal.
+/// Unknowns: 1, the position in the picture, and the normal.
 constexpr int unknowns = 6;
 
-/// What is added to the squares of slopes' coefficients, in shares of the weight: without it, slopes that few samples say something
-/// of are extrapolated; more flattens light.
+/// Ridge of the slopes, as a share of the weight: without it, slopes from few samples are extrapolated; a larger one flattens light.
 constexpr float place_ridge = 3e-3f, normal_ridge = 3e-3f;
 
-/// Unlike samples still count for so much, where there are no others.
+/// Minimum weight of samples on other surfaces, used where no sample is on the same one.
 constexpr float least_likeness = 1e-5f;
 
 F square(F a) { return a * a; }
 
-/// Sums over samples, of the upper triangle of a symmetric matrix and of its right sides.
+/// Sums over samples: the upper triangle of a symmetric matrix, and its right-hand sides.
 template <int C>
 struct Sums {
     F matrix[unknowns][unknowns], right[C][unknowns];
 };
 
-/// Light at the pixel itself, the first unknown: the others are eliminated, the last first.
+/// Light at the pixel, the first unknown; the others are eliminated from the last one on.
 template <int C>
 inline void solve(Sums<C>& s, F reach2, F* light) {
     const F total = s.matrix[0][0];
@@ -115,7 +114,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         F light[C];
         solve<C>(s, reach2, light);
         BOB_UNROLL
-        for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // planes go on, light does not
+        for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // clamped to the samples' range, since planes extrapolate
         store(row.weight + x, total);
         if (is_noisy) {
             const F mean = shade * inverse, noise = variance * inverse;

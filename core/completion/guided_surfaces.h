@@ -1,4 +1,4 @@
-/// What is known of the first surface at every pixel, and how alike the surfaces of two pixels are.
+/// First surfaces of all pixels, and the similarity of two of them.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace bob {
 
-/// The tolerance of depth is one of the picture's range; the rest is in proportion to how steep a surface is.
+/// The tolerance of depth has a share of the picture's range, and a part proportional to the surface's slope.
 constexpr GuidedLikeness guided_likeness{20, 20, 100, 5e-4f};
 
 /// Guides, with rows padded to whole vectors by repeating their last pixel.
@@ -18,7 +18,7 @@ class GuidedSurfaces {
 public:
     enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
 
-    /// Rows are as long as a multiple of this.
+    /// Row lengths are multiples of this.
     static constexpr int row_multiple = 16;
 
     /// guides: (layout.width(), height, width) with mask, depth, normal and albedo. Throws std::invalid_argument if one is missing.
@@ -31,10 +31,10 @@ public:
     [[nodiscard]] int height() const { return height_; }
     [[nodiscard]] int width() const { return width_; }
 
-    /// What light is divided by, of a channel's component.
+    /// Divisor of light for a channel's component.
     [[nodiscard]] float divisor(int components, int component, int y, int x) const;
 
-    /// How alike another pixel's surface is to a pixel's own, from 1, where nothing differs, down to 0.
+    /// Similarity of two pixels' surfaces, from 1 for equal surfaces down to 0.
     [[nodiscard]] float likeness(Pixel own, Pixel other) const;
 
     /// Bytes in use.

@@ -1,5 +1,5 @@
-/// Formulas as a scene file has them, node by node; they are checked by the code that checks files. Bounds over boxes hold
-/// what points in them give, and where a ray finds a root, the sign changes.
+/// Formulas as nodes of scene files, checked like files. Bounds of boxes contain the values of their points, and the sign changes at
+/// each root.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -29,7 +29,7 @@ bob::Expression formula(fuzz::Source& source) {
     std::vector<bob::Node> nodes{{.op = bob::Op::x}, {.op = bob::Op::y}, {.op = bob::Op::z}};
     const int steps = source.between(1, 24);
     for (int i = 0; i < steps; ++i) {
-        bob::Node node{.op = static_cast<bob::Op>(source.below(bob::op_count + 1))};  // one is none
+        bob::Node node{.op = static_cast<bob::Op>(source.below(bob::op_count + 1))};  // one value is invalid
         const auto count = static_cast<std::uint32_t>(nodes.size());
         for (std::uint32_t& operand : node.operand) {
             const std::uint8_t back = source.byte();

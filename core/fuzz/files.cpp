@@ -1,5 +1,5 @@
-/// Mesh files: any bytes, and any bytes in the files that they name, make parts or are refused in one line. What parts have fits
-/// together, and takes memory in proportion to the bytes.
+/// Mesh files: any bytes, and any bytes in the files that they name, make parts or are refused in one line. Arrays of parts fit
+/// together, and their memory is proportional to the bytes.
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -30,7 +30,7 @@ std::size_t checked(const bob::files::Part& part) {
 
 }  // namespace
 
-/// A byte for the format, the model up to two zero bytes, then the file beside it.
+/// A byte for the format, the model up to two zero bytes, then the file next to it.
 FUZZ(files) {
     const std::string_view format = formats[source.below(static_cast<std::uint32_t>(std::size(formats)))];
     const std::string_view all = source.text();

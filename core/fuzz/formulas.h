@@ -1,4 +1,4 @@
-/// What is done with a formula, wherever it came from.
+/// Checks of a formula from any source.
 #pragma once
 
 #include <cmath>
@@ -16,10 +16,10 @@
 
 namespace fuzz {
 
-/// Boxes and cells that building may look at: some milliseconds of work, and for most formulas as much as they need.
+/// Budget of boxes and cells for building: some milliseconds, enough for most formulas.
 constexpr int patience = 1000;
 
-/// The bounds of a formula; nothing where it has none, or where they take too long.
+/// The bounds of a formula; empty if it is unbounded or the budget is spent.
 inline std::optional<bob::Bounds> bounds_of(const bob::Expression& f) {
     const bob::Interruption impatience(Patience{patience});
     try {
@@ -30,7 +30,7 @@ inline std::optional<bob::Bounds> bounds_of(const bob::Expression& f) {
     return std::nullopt;
 }
 
-/// A colour is in range, and at the same points the same as each of its components alone.
+/// Checks that a colour is in range and equals its components evaluated alone.
 inline void colors(const bob::ColorFormula& color) {
     const bob::FormulaKernels& kernels = bob::best_formula_kernels();
     float point[3][bob::max_lanes], rgb[3][bob::max_lanes], alone[bob::max_lanes];

@@ -12,8 +12,8 @@ void (*target)(fuzz::Source) = nullptr;
 
 fuzz::Register::Register(const char*, void (*run)(Source)) { target = run; }
 
-/// Stacks of where memory was taken cost a fifth of the time; where it goes wrong is shown in full. Memory that was given
-/// back is kept from use for a while, as much as an input gives back; the usual 256 MB are more than a cache holds.
+/// Short allocation stacks save a fifth of the time; errors still have full stacks. The quarantine of freed memory holds one input's
+/// worth, since the default of 256 MB exceeds the cache.
 extern "C" const char* __asan_default_options() {
     return "malloc_context_size=2:quarantine_size_mb=8:thread_local_quarantine_size_kb=64";
 }

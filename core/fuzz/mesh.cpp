@@ -1,5 +1,5 @@
-/// Meshes: any vertices, even such as are no numbers, any normals, indices within range. Rays hit what they hit when each
-/// triangle is tried.
+/// Meshes: any vertices, NaN included, any normals, valid indices. Rays agree with brute force over all
+/// triangles.
 #include <cmath>
 #include <span>
 #include <vector>

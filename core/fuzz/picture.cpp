@@ -14,7 +14,7 @@
 
 namespace {
 
-/// Marks the pixels of the picture, each of which may come once.
+/// Marks pixels of the picture; each may come once.
 class Seen {
 public:
     Seen(std::uint32_t height, std::uint32_t width) : height_(height), width_(width), seen_(height * width) {}

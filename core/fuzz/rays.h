@@ -1,4 +1,4 @@
-/// What every shape has to keep to, whatever it was made of.
+/// Checks that hold for every shape.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ inline bool same(const bob::Hit& a, const bob::Hit& b) {
     return bits(a) == bits(b);
 }
 
-/// Hits of rays, each of which must be what the ray alone hits, with normals that shading can use.
+/// Checks that each ray's hit in a batch equals its hit alone, with a usable normal.
 inline std::vector<bob::Hit> hits(const bob::Shape& shape, const std::vector<bob::Ray>& rays) {
     std::vector<bob::Hit> all(rays.size());
     shape.closest_hits(rays, all);
@@ -60,8 +60,8 @@ inline std::vector<bob::Hit> hits(const bob::Shape& shape, const std::vector<bob
     return all;
 }
 
-/// Meets a shape with some rays; what they hit lies within bounds, but for a thousandth of the shape's size, or `along`
-/// where a ray runs along the surface.
+/// Intersects a shape with rays. Hits lie within the bounds, up to a thousandth of the shape's size, or `along` for rays within the
+/// surface.
 inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& source, int count, double along = 1e-3) {
     const auto& [center, radius] = shape.sphere();
     shape.prepare();
@@ -81,7 +81,7 @@ inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& sou
     }
 }
 
-/// The same; measuring takes long, and so is done for some inputs only.
+/// The same, and measures the shape for some inputs, since this is slow.
 inline void meet(const bob::Shape& shape, Source& source, int count, double along = 1e-3) {
     constexpr double far = HUGE_VAL;
     const bool measured = source.below(8) == 0;

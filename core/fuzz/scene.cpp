@@ -1,5 +1,5 @@
-/// Scenes: shapes placed by maps that readers let pass, seen by any camera. Samples are in range, and each is what its pixel
-/// gives alone.
+/// Scenes: shapes placed by maps that readers let pass, seen by any camera. Samples are in range, and each equals its
+/// pixel traced alone.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -72,7 +72,7 @@ FUZZ(scene) {
     std::optional<bob::Scene> scene;
     try {
         scene.emplace(bob::Arrangement(std::move(placed)).scene(digests));
-    } catch (const std::invalid_argument&) {  // beyond what numbers hold
+    } catch (const std::invalid_argument&) {  // out of range
         return;
     }
     bob::Camera camera;

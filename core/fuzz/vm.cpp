@@ -1,4 +1,4 @@
-/// .vm files: any bytes end in a formula or a VmError of one line. Small formulas are traced as the solid they stand for.
+/// .vm files: any bytes end in a formula or a VmError of one line. Small formulas are traced as solids.
 #include <cstring>
 
 #include "formula/vm.h"

@@ -26,7 +26,7 @@ struct File {
         : network(std::array{"paper", "pyramid", "filling"}[source.below(3)]),
           weights{layout(source, bob::gbuffer_layout().names()), layout(source, "gray"), {}} {
         values.reserve(64);
-        const std::uint32_t changed = source.below(64);  // often none of the tensors
+        const std::uint32_t changed = source.below(64);  // often no tensor
         if (network == "paper") {
             const int groups = std::array{1, 5, 10, 20}[source.below(4)], inputs = weights.inputs.width();
             add(source, "encode1", 20, inputs, 1, changed);

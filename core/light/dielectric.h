@@ -1,4 +1,4 @@
-/// Glass: reflection and refraction at the boundary of two media, and what a path is inside of.
+/// Glass: reflection and refraction at the boundary of two media, and the stack of a path's media.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 
 namespace bob {
 
-/// A boundary between media, for light at an angle of the cosine `along` to its normal. `eta` is the index on the side of the eye over the other.
+/// A boundary between media, for light whose angle to the normal has the cosine `along`. `eta` is the index on the side of the eye over the other.
 struct Boundary {
-    float reflectance;  // by Fresnel, of both polarisations alike; the rest is transmitted
+    float reflectance;  // Fresnel, unpolarised; the rest is transmitted
     float beyond;       // cosine of the refracted ray; 0 under total reflection
 
     Boundary(float along, float eta) {
@@ -31,8 +31,8 @@ struct Boundary {
 /// A direction to the eye, refracted at a facet whose normal is on the eye's side.
 inline Vec3 refracted(Vec3 eye, Vec3 half, float eta, float beyond) { return (eta * dot(eye, half) - beyond) * half - eta * eye; }
 
-/// The solids of glass that a path is inside of, by their instances. Solids may overlap: the last one that was entered counts, and to leave
-/// another one changes nothing. Each surface of a solid is where it is entered or left, in turn.
+/// The glass solids around a path's current point, by instance. Solids may overlap: the last entered one is the medium, and leaving
+/// another one changes nothing. Surfaces of a solid alternate between entering and leaving.
 class Media {
 public:
     static constexpr std::uint32_t most = 6;
@@ -40,7 +40,7 @@ public:
     [[nodiscard]] bool is_empty() const { return count_ == 0; }
     [[nodiscard]] std::uint32_t last() const { return inside_[count_ - 1]; }
     [[nodiscard]] bool contains(std::uint32_t instance) const { return std::find(inside_.begin(), inside_.begin() + count_, instance) != inside_.begin() + count_; }
-    /// Beyond the most, it is as if there were none.
+    /// Further solids beyond the maximum depth are ignored.
     void enter(std::uint32_t instance) {
         if (count_ < most) inside_[count_++] = instance;
     }
@@ -53,7 +53,7 @@ private:
     std::uint32_t count_ = 0;
 };
 
-/// The share of light that is left after a distance in radii of the unit sphere, which is so long: Beer's law.
+/// Transmittance over a distance in radii, by the Beer-Lambert law. The radius has the given length.
 inline Vec3 attenuation(const Material& material, float distance, float radius) {
     const float lengths = distance * radius / Material::rounded(material.attenuation_distance);
     const Vec3 color = Material::rounded(material.attenuation);

@@ -9,12 +9,13 @@
 
 namespace bob {
 
-/// A first hit as numbers, in the order of its planes; `behind` is 1 of what a smooth mirror or glass shows, which is as deep as it seems.
+/// A first hit as numbers in the order of its planes. `behind` is 1 for surfaces seen in a smooth mirror or through glass; their depth is
+/// that of the unfolded path.
 namespace first_hit {
 enum : std::size_t { mask, depth, normal_x, normal_y, red, green, blue, ground, ground_depth, behind, count };
 }
 
-/// Pixels with a neighbour above, below or beside that shows another surface. `planes` is (first_hit::count, height, width).
+/// Pixels with a horizontal or vertical neighbour on another surface. `planes` is (first_hit::count, height, width).
 [[nodiscard]] std::vector<Pixel> edges_between_surfaces(const float* planes, int height, int width);
 
 /// Replaces pixels at edges by the means over their first hits.
@@ -23,8 +24,8 @@ enum : std::size_t { mask, depth, normal_x, normal_y, red, green, blue, ground, 
 /// surface, times its own albedo; each hit of the ground takes the shadow of the nearest neighbour that shows ground.
 ///
 /// `hits` is (pixels, per_pixel, first_hit::count). `guides` is (7, height, width): mask, depth, normal and albedo at pixels' centres;
-/// `ground` (height, width) says whether they show the ground, or is null. `color`, (3, height, width), and `alpha`, (height, width), are
-/// those of pixels' centres and become those of whole pixels.
+/// `ground` (height, width) is 1 where they show the ground, or null. `color`, (3, height, width), and `alpha`, (height, width), hold
+/// values at pixels' centres and receive means over pixels.
 void smooth_edges(std::span<const Pixel> pixels, const float* hits, std::size_t per_pixel, const float* guides, const float* ground,
                   int height, int width, float* color, float* alpha);
 

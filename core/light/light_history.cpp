@@ -13,19 +13,20 @@
 namespace bob {
 namespace {
 
-/// By less than this light is not divided, as in completion/guided_surfaces.cpp.
+/// Minimum divisor of light, as in completion/guided_surfaces.cpp.
 constexpr float least_albedo = 0.02f;
 
-/// Surfaces are the same where normals differ by less than this cosine, and depths by less than so many pixels along the surface.
+/// Two hits are on the same surface if the cosine between their normals exceeds the first number, and their depths differ by less than
+/// the second, in pixels along the surface.
 constexpr float same_normal = 0.9f, same_depth = 2, steepest = 0.1f;
 
-/// A sample is dropped where its luminance may have changed by more than this share of itself and a tenth.
+/// Maximum change of a sample's luminance, as a share of itself plus a tenth.
 constexpr float most_change = 0.05f, dark = 0.1f;
 
-/// Old paths count for less, move by move, and for at most so many.
+/// Decay of old paths per move, and their maximum number.
 constexpr float kept_paths = 0.97f, most_paths = 256;
 
-/// In motion, blocks of so many pixels a side should have a sample: light is completed between.
+/// Side, in pixels, of blocks that should have a sample in motion; light is completed between samples.
 constexpr int block = 4;
 
 Vec3 divided(Vec3 color, Vec3 albedo) {
@@ -155,7 +156,7 @@ std::vector<Pixel> LightHistory::next(std::size_t count, std::uint32_t seed, boo
         for (const Sample& sample : samples_) {
             wanted.push_back({(noise(sample) + 0.002f * static_cast<float>(sample.age)) * random(sample.pixel), sample.pixel});
         }
-        // One pixel of each block that shows something and has no sample.
+        // One pixel of each block with a surface and without a sample.
         for (int top = 0; top < height_; top += block) {
             for (int left = 0; left < width_; left += block) {
                 std::int32_t best = -1;

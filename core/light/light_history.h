@@ -1,4 +1,4 @@
-/// Light that outlives its frame: it lies on surfaces, and most of it looks the same from everywhere.
+/// Reprojection of light. Light is stored on surfaces; its diffuse part is the same from every direction.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ struct SeenSurfaces {
 
 /// Samples of light at points of surfaces and of the ground, at most one for each pixel.
 ///
-/// A sample is reprojected as a point, so that it never drifts. Where the new camera's first hits show another surface, it is dropped; so it is
-/// where its view-dependent part may have changed visibly. Light of surfaces is kept divided by their albedo.
+/// A sample is reprojected as a point, so it never drifts. It is dropped if the new camera sees another surface there,
+/// or if its view-dependent part may have changed visibly. Light of surfaces is stored divided by their albedo.
 class LightHistory {
 public:
     LightHistory(int height, int width);
@@ -31,21 +31,21 @@ public:
     struct Traced {
         Vec3 color;
         float shadow, variance;
-        float change;  // of the luminance for each radian that the eye turns by, at most
+        float change;  // maximum change of luminance per radian of view direction
         std::uint32_t paths;
     };
 
     /// Moves all samples to the pixels of another camera.
     void move(const Camera& camera, const SeenSurfaces& surfaces);
 
-    /// Adds paths to the samples at pixels. Of a camera at rest, the first ones take the place of what was reprojected.
+    /// Adds paths to the samples at pixels. With a camera at rest, a pixel's first paths replace its reprojected sample.
     void add(std::span<const Pixel> pixels, std::span<const Traced> traced, bool at_rest, const SeenSurfaces& surfaces);
 
-    /// The pixels that need paths most, at most `count`: those around which no sample is near, then noisy and old samples. At rest all
-    /// pixels that this camera has not traced come first, then the noisy ones.
+    /// At most `count` pixels in order of priority: those without a sample nearby, then noisy and old samples. At rest, pixels not yet
+    /// traced by this camera come first, then noisy ones.
     [[nodiscard]] std::vector<Pixel> next(std::size_t count, std::uint32_t seed, bool at_rest, const SeenSurfaces& surfaces) const;
 
-    /// Writes what is known to planes of its layout that are 0.
+    /// Writes all samples to planes of its layout, which must be 0.
     enum Plane : std::size_t { mask, gray, depth, normal_x, normal_y, red, green, blue, shadow, variance, plane_count };
     void write(const SeenSurfaces& surfaces, float* planes) const;
 
@@ -60,8 +60,8 @@ public:
 
 private:
     struct Sample {
-        Vec3 position, normal, toward;  // the latter to the eye that saw it
-        Vec3 light;                     // of surfaces over their albedo
+        Vec3 position, normal, toward;  // `toward` points to the eye
+        Vec3 light;                     // divided by the surface's albedo
         float shadow, variance, change;
         float paths;
         std::int32_t pixel;

@@ -1,4 +1,4 @@
-/// The lights of a scene: discs far away, and a sky around it. CONVENTIONS.md has the units.
+/// The lights of a scene: discs far away, and a sky around it. docs/reference/lights.md has the units.
 #pragma once
 
 #include <cmath>

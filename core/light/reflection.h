@@ -1,4 +1,4 @@
-/// Reflection at a lit surface: a rough body under microfacets. CONVENTIONS.md has the formulas.
+/// Reflection at a lit surface: a rough body under microfacets. docs/reference/lights.md has the formulas.
 #pragma once
 
 #include <algorithm>
@@ -11,38 +11,38 @@
 
 namespace bob {
 
-/// In coordinates where z is along the shading normal and `eye` towards where the ray came from.
+/// In coordinates where z is the shading normal, and `eye` points to the ray's origin.
 ///
-/// The body gets what facets leave, and these are brightened by what light between them would add, so that white surfaces are white
-/// in a white world (Fdez-Aguera, "A Multiple-Scattering Microfacet Model", JCGT 2019).
+/// The body receives the light that facets do not reflect. Facets are scaled to compensate for multiple scattering, so a white surface
+/// in a white environment is white (Fdez-Aguera, "A Multiple-Scattering Microfacet Model", JCGT 2019).
 class Reflection {
 public:
-    /// `color` is that of the shape and its material together; `eye` has a z above 0.
+    /// `color` is the product of the shape's and the material's; `eye` has z > 0.
     Reflection(const Material& material, Vec3 color, Vec3 eye) : Reflection(material, color, eye, roughness_of(material)) {}
 
-    /// Reflected radiance for each of incoming radiance, times the cosine, from a direction of z above 0.
+    /// BSDF times cosine for light from a direction with z > 0.
     [[nodiscard]] Vec3 operator()(Vec3 toward) const {
         const Vec3 half = normalized(eye_ + toward);
         const float z = toward.z, facets = facets_.distribution(half) * facets_.masking(z) * facets_.masking(eye_.z) * facets_.joint(eye_.z, z) / (4 * eye_.z * z);
         return z * ((1 / pi) * body_ + facets * tint(dot(eye_, half)));
     }
 
-    /// How fast light from that direction changes where the eye turns: the facets' share of it, over the width of their highlight.
+    /// Rate of change of light from a direction as the eye turns: the facets' share over the width of their highlight.
     [[nodiscard]] float change_per_radian(Vec3 toward) const {
         const float all = luminance((*this)(toward)), body = luminance(toward.z / pi * body_);
         return all > 0 ? std::max(0.f, 1 - body / all) / facets_.width() : 0;
     }
 
-    /// Of drawing that direction.
+    /// Probability density of a direction.
     [[nodiscard]] float density(Vec3 toward) const {
         return (1 - share_) * toward.z / pi + share_ * facets_.density(normalized(eye_ + toward), eye_);
     }
 
-    /// A direction drawn nearly in proportion to the reflected light, and its reflectance over its density. None if z is at most 0.
+    /// A direction sampled nearly in proportion to the reflected light, and its reflectance over its density; empty if z <= 0.
     struct Drawn {
         Vec3 toward, weight;
         float density;
-        bool is_mirrored;  // in a surface so smooth that it shows things
+        bool is_mirrored;  // in a mirror
     };
     [[nodiscard]] Drawn draw(float choice, float u, float v) const {
         Drawn drawn{};
@@ -70,7 +70,7 @@ private:
 
     static float roughness_of(const Material& material) {
         if (material.is_physical()) return Material::rounded(material.roughness);
-        return std::sqrt(std::sqrt(2 / (Material::rounded(material.shininess) + 2)));  // of as wide a highlight
+        return std::sqrt(std::sqrt(2 / (Material::rounded(material.shininess) + 2)));  // for a highlight of equal width
     }
 
     Reflection(const Material& material, Vec3 color, Vec3 eye, float roughness)
@@ -80,14 +80,14 @@ private:
             const float metallic = rounded(material.metallic);
             body_ = (1 - metallic) * color, f0_ = (1 - metallic) * Vec3{0.04f, 0.04f, 0.04f} + metallic * color;
         } else {
-            // Of Blinn-Phong what both of its terms reflect, and the highlight as a dielectric: 0.2 is 4 %, an index of 1.5.
+            // Blinn-Phong: the body reflects ambient and diffuse; the highlight is a dielectric's, and 0.2 means 4 %, an index of 1.5.
             const float specular = 0.2f * rounded(material.specular);
             body_ = std::min(1.f, rounded(material.ambient) + rounded(material.diffuse)) * color, f0_ = {specular, specular, specular};
         }
         const auto [of_f0, of_white] = FacetAlbedo::at(roughness, eye.z);
         float facets = 0, body = 0;
         for (int k = 0; k < 3; ++k) {
-            // Below 2 %, f0 means that the surface does not shine at all, not even at grazing angles.
+            // A surface with f0 below 2 % has no highlight, even at grazing angles.
             grazing_[k] = std::min(1.f, 50 * f0_[k]);
             const float once = f0_[k] * of_f0 + grazing_[k] * of_white;
             between_[k] = 1 + f0_[k] * (1 / (of_f0 + of_white) - 1);
@@ -109,7 +109,7 @@ private:
     Vec3 eye_, body_, f0_, grazing_, between_;
     Facets facets_;
     bool is_smooth_;
-    float share_ = 0;  // of directions that are drawn by facets
+    float share_ = 0;  // of directions sampled from facets
 };
 
 }  // namespace bob

@@ -152,6 +152,21 @@ public:
 
     [[nodiscard]] bool in_perspective() const { return in_perspective_; }
 
+    /// The camera in the coordinates of the unit sphere: unit axes, and the eye, or the picture's centre in a plane in front of the
+    /// sphere. `pixel` is the side of a pixel at a distance of 1, or anywhere if orthographic.
+    struct Pose {
+        Vec3d right, up, toward, origin;
+        double pixel;
+    };
+    [[nodiscard]] Pose pose() const {
+        if (in_perspective_) return {right_in_double_, up_in_double_, toward_in_double_, eye_, slope_};
+        Vec3d origin;
+        for (std::size_t k = 0; k < 3; ++k) {
+            origin[k] = pan_x_ * right_in_double_[k] + pan_y_ * up_in_double_[k] + 2 * toward_in_double_[k];
+        }
+        return {right_in_double_, up_in_double_, toward_in_double_, origin, pixel_};
+    }
+
     /// For loops over many points.
     [[nodiscard]] Eye eye() const {
         Eye eye{right_, up_, toward_, {pan_x_, pan_y_, 2}, 0.5f * rows_ - 0.5f, 0.5f * columns_ - 0.5f, 1 / pixel_,

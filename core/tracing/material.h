@@ -1,4 +1,4 @@
-/// Materials and their shading under a headlight: Blinn-Phong, or metallic-roughness. CONVENTIONS.md has the formulas
+/// Materials and their shading under a headlight: Blinn-Phong, or metallic-roughness. docs/reference/shading.md has the formulas
 /// and constants.
 #pragma once
 

@@ -7,6 +7,7 @@ page.
 from __future__ import annotations
 
 import argparse
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from bobrossnet.page.export import export
 from bobrossnet.page.files import page_files
 
 project = "BobRossNet"
+SUMMARY = metadata("bobrossnet")["Summary"]
 version = release = bobrossnet.__version__
 
 # The source is the whole repository, so that links between its files stay valid.
@@ -29,10 +31,15 @@ include_patterns = [
     "CONTRIBUTING.md",
     "CONVENTIONS.md",
     "CHANGELOG.md",
+    "bench/sparse/*.md",
     "docs/*.md",
+    "docs/how-to/*.md",
     "docs/quality/*.md",
+    "docs/reference/*.md",
     "docs/report/*.md",
+    "docs/results/*.md",
     "docs/site/*.md",
+    "docs/tutorials/*.md",
     "src/bobrossnet/weights/*.md",
 ]
 exclude_patterns = [".venv", "build", "dist", "out"]  # Sphinx would search them, following links
@@ -72,12 +79,17 @@ class Commands(SphinxDirective):
 
 
 def add_page(app: Sphinx, error: Exception | None) -> None:
-    """Add the page to the documents, and make the first document the site's start page."""
+    """Add the page and llms.txt, a list of all documents for language models, and a start page."""
     if error is None and app.builder.format == "html":
         out = Path(app.outdir)
         with page_files() as files:
             export(files, out / "page")
         place = f"{app.config.root_doc}.html"
+        titles = sorted((name, app.env.titles[name].astext()) for name in app.env.all_docs)
+        lines = [f"- [{title}]({name}.html)" for name, title in titles]
+        (out / "llms.txt").write_text(
+            "\n".join([f"# {project}", "", f"> {SUMMARY}", "", "## Pages", "", *lines, ""]), "utf-8"
+        )
         begin = f'<!doctype html><meta http-equiv="refresh" content="0; url={place}"><a href="{place}">{project}</a>'
         (out / "index.html").write_text(begin, "utf-8")
 

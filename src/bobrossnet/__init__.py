@@ -37,6 +37,7 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
 from bobrossnet.pictures.sheets import sheet
 from bobrossnet.pictures.thumbnails import thumbnails
+from bobrossnet.pictures.views import views
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
@@ -113,6 +114,7 @@ __all__ = [
     "trace",
     "uncertainty",
     "view",
+    "views",
 ]
 
 register()

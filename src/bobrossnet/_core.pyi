@@ -334,6 +334,9 @@ class Camera:
         fov: float,
         standpoint: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]] | None,
     ) -> None: ...
+    def pose(self, height: int, width: int) -> tuple[list[float], list[float], list[float], list[float], float]:
+        """Axes to the right, up and toward the camera; the eye, or the picture's centre before the unit sphere; and the
+        side of a pixel, in perspective at a distance of 1."""
     def rays(self, height: int, width: int, pixels: I32) -> tuple[NDArray[np.int64], F32, F32]:
         """Which of the pixels' rays meet the unit sphere, (k,); their origins, just outside of it or where the camera
         stands, and directions, (k, 3) each."""

@@ -3,14 +3,14 @@
  * <bob-view src="part.glb" camera-controls></bob-view>: an element that displays a scene. While it turns, each picture
  * traces a few percent of its pixels; at rest, all are traced.
  *
- * Attributes, with the names of <model-viewer> where it has them:
+ * Names are those of <model-viewer> where it has them. The npm package lists them from these tables (page/manifest.py).
  *
  * | attribute | |
  * |---|---|
- * | `src` | a scene's address; its suffix determines the format (files/read.js) |
+ * | `src` | a scene's address; its suffix determines the format |
  * | `alt` | text alternative |
  * | `poster` | the address of a picture until the first one is traced |
- * | `camera-orbit` | "120deg 70deg 100%", see words.js |
+ * | `camera-orbit` | "120deg 70deg 100%": angle about the vertical, angle from straight above, distance |
  * | `field-of-view` | "35deg"; if omitted, the camera is orthographic |
  * | `camera-controls` | the mouse, touch and keys move the camera |
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
@@ -18,17 +18,24 @@
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `workers` | number of tracing threads; by default the number of processors |
+ * | `base` | the folder with the package's files, for all elements of the page; by default they are next to this module |
  *
- * Events: `load` at the first picture of a scene; `progress` with each picture, with the fraction of traced pixels in
- * `detail.totalProgress`, 1 for an exact picture; `error`, whose `detail.message` is displayed unless the default is
- * prevented; `camera-change`.
+ * | event | |
+ * |---|---|
+ * | `load` | at the first picture of a scene |
+ * | `progress` | with each picture; `detail.totalProgress` is the fraction of traced pixels, 1 for an exact picture |
+ * | `error` | `detail.message` is displayed unless the default is prevented |
+ * | `camera-change` | after each change of the camera |
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
 import { addressOf, fileName } from "../core/addresses.js";
+import { isSingleFile, useFolder, usedFolder } from "../core/parts.js";
+import { VERSION } from "../core/version.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
+import { define } from "./define.js";
 import { orbit } from "./orbit.js";
-import { STYLE } from "./style.js";
+import { style } from "./style.js";
 import { Viewing, coreFor } from "./viewing.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
@@ -42,10 +49,26 @@ const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
 
-export class BobView extends HTMLElement {
+/** Servers that import this module to render pages have no elements. */
+const Parent = /** @type {typeof HTMLElement} */ (globalThis.HTMLElement ?? Object);
+
+class Element extends Parent {
+  /** The package's version: elements with embedded parts, as in notebooks, differ from those with files. */
+  static version = isSingleFile ? `${VERSION}-embedded` : VERSION;
+  /** The attribute `base`: an address, or null if not set. @returns {string | null} */
+  static get base() {
+    return usedFolder()?.href ?? null;
+  }
+
+  static set base(value) {
+    const folder = value === null ? undefined : addressOf(value.replace(/\/*$/, "/"), document.baseURI);
+    if (folder === null) throw new TypeError(`base: expected the address of a folder, got ${value?.slice(0, 100)}`);
+    useFolder(folder);
+  }
+
   static observedAttributes = [
     "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
-    "picture-size",
+    "picture-size", "base",
   ];
 
   #canvas = made("canvas", { width: 1, height: 1 });
@@ -71,7 +94,7 @@ export class BobView extends HTMLElement {
   constructor() {
     super();
     const root = this.attachShadow({ mode: "open", delegatesFocus: true });
-    root.adoptedStyleSheets = [STYLE];
+    root.adoptedStyleSheets = [style()];
     this.#prompt.ariaHidden = "true";
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
@@ -130,6 +153,8 @@ export class BobView extends HTMLElement {
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#fit();
+    } else if (name === "base") {
+      Element.base = value;
     } else if (name === "auto-rotate") {
       this.#turn();
     } else {
@@ -153,6 +178,7 @@ export class BobView extends HTMLElement {
     this.#look(camera, "none");
   }
 
+  /** The attribute `src`. @returns {string | null} */
   get src() {
     return this.getAttribute("src");
   }
@@ -162,6 +188,7 @@ export class BobView extends HTMLElement {
     else this.setAttribute("src", value);
   }
 
+  /** The attribute `alt`. @returns {string} */
   get alt() {
     return this.getAttribute("alt") ?? "";
   }
@@ -348,4 +375,5 @@ export class BobView extends HTMLElement {
   }
 }
 
-customElements.define("bob-view", BobView);
+/** @typedef {Element} BobView */
+export const BobView = define("bob-view", Element);

@@ -1,8 +1,5 @@
 // @ts-check
-/** Style of the element, as a constructed sheet: pages whose policy forbids inline styles allow it. */
-export const STYLE = new CSSStyleSheet();
-
-STYLE.replaceSync(`
+const STYLE = `
 :host { position: relative; display: grid; place-items: center; width: 300px; height: 150px; overflow: hidden; background: #000; }
 
 :host([hidden]) { display: none; }
@@ -29,4 +26,15 @@ img { grid-area: 1 / 1; width: 100%; height: 100%; object-fit: contain; pointer-
 #wrong { overflow-wrap: anywhere; }
 
 [hidden] { display: none; }
-`);
+`;
+
+/** Of all elements. @type {CSSStyleSheet | undefined} */
+let sheet;
+
+/** The element's style, as a constructed sheet: pages whose policy forbids inline styles allow it. */
+export function style() {
+  if (sheet) return sheet;
+  sheet = new CSSStyleSheet();
+  sheet.replaceSync(STYLE);
+  return sheet;
+}

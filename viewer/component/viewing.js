@@ -101,6 +101,7 @@ export class Viewing {
       else if (data.kind === "buffers") this.#waiting.shift()?.(data.buffers);
       else if (data.kind === "failed") this.#told.failed(data.message);
     };
+    worker.onerror = ({ message }) => this.#told.failed(message);
     this.#bringNetworks(worker).catch((error) => this.#told.failed(error.message));
   }
 

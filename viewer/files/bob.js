@@ -1,5 +1,5 @@
 // @ts-check
-/** Scene files, .bob (CONVENTIONS.md has their fields): whatever is not as written by bobrossnet is refused. */
+/** Scene files, .bob (docs/reference/scene-files.md has their fields): whatever is not as written by bobrossnet is refused. */
 
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,

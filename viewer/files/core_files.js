@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Mesh files that the core reads (core/files); here, files that they name are fetched, and their images decoded, as in
+ * Mesh files are read by the core (core/files). This module fetches files that they name, and decodes their images, as does
  * bobrossnet.adapters.core_files.
  *
  * @typedef {import("./beside.js").Beside} Beside
@@ -12,7 +12,7 @@
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {{image: number, wrap: string[], uv: number}} Layer
  * @typedef {{name: string, layers: {color?: Layer, mask?: Layer, metallic_roughness?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
- *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as core/files/read.h has it
+ *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as in core/files/read.h
  * @typedef {{parts: {runs: number[], surface: number, uv: number}[], labels: {name: string, parent: number}[], placements: number[],
  *   surfaces: Described[], images: {name: string, label: string}[], warnings: string[]}} Contents
  */
@@ -23,7 +23,7 @@ import { Pictures, half } from "./surface.js";
 
 const WRAPS = ["repeat", "clamp", "mirror"];
 
-/** Numbers of a part's arrays; behind the last are further sets of uv. */
+/** Numbers of a part's arrays; further sets of uv follow the last. */
 const [VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV] = [0, 1, 2, 3, 4, 5];
 
 /** Numbers of a surface. */
@@ -76,7 +76,7 @@ function textOf(core, reading) {
   return new TextDecoder().decode(new Uint8Array(core.memory, at, size).slice());
 }
 
-/** Gives the file that a reading needs, or the reason why not. @param {Core} core @param {number} reading @param {string} wanted @param {Beside} beside */
+/** Supplies a requested file, or the reason for its absence. @param {Core} core @param {number} reading @param {string} wanted @param {Beside} beside */
 async function answer(core, reading, wanted, beside) {
   try {
     const bytes = await beside.read(wanted);
@@ -109,7 +109,7 @@ function partOf(core, reading, number, part, surface, described) {
 }
 
 /**
- * A copy of an array of the core's; nothing of an empty one.
+ * A copy of an array of the core; undefined if it is empty.
  *
  * @template {Float64Array | Int32Array | Uint8Array<ArrayBuffer>} T
  * @param {Core} core
@@ -123,14 +123,14 @@ function copied(core, type, name, ...of) {
   return size ? /** @type {T} */ (new type(core.memory, core.call(name, ...of) >>> 0, size).slice()) : undefined;
 }
 
-/** The images of a file: each is decoded once. What can't be read is left out, with a warning. */
+/** The images of a file; each is decoded once. Unreadable ones are left out, with a warning. */
 class Images {
   #pictures = new Pictures();
   /** @type {Map<number, Promise<Picture>>} */
   #decoded = new Map();
   /** Means of images of numbers. @type {Map<number, number[]>} */
   #means = new Map();
-  /** What was told already. @type {Set<string>} */
+  /** Warnings already given. @type {Set<string>} */
   #failed = new Set();
   /** By picture and mask. @type {Map<Picture | undefined, Map<Picture, Picture>>} */
   #masked = new Map();
@@ -142,7 +142,7 @@ class Images {
 
   async surfaces() {
     const surfaces = [];
-    // At once, since other threads decode them.
+    // All together, since other threads decode them.
     for (const { layers } of this.contents.surfaces) for (const layer of [layers.color, layers.mask]) if (layer) this.#picture(layer.image).catch(() => {});
     for (const described of this.contents.surfaces) surfaces.push(await this.#surface(described));
     return surfaces;
@@ -181,7 +181,7 @@ class Images {
     return picture;
   }
 
-  /** The mean of an image of numbers, in 0..1; that of a rough surface without metal if it can't be read. @param {number} image */
+  /** The mean of an image of numbers, in 0..1; if unreadable, that of a rough non-metal. @param {number} image */
   async #mean(image) {
     const mean = this.#means.get(image) ?? await this.#read(image, async () => this.#pictures.mean(await this.#file(image))) ?? [0, 1, 0];
     this.#means.set(image, mean);
@@ -199,7 +199,7 @@ class Images {
     return copied(this.core, /** @type {any} */ (Uint8Array), "reading_image", this.reading, image) ?? new Uint8Array(0);
   }
 
-  /** What `masked` makes of two pictures, made and counted once. @param {Picture | undefined} picture @param {Picture} mask */
+  /** The result of `masked` for two pictures, made and counted once. @param {Picture | undefined} picture @param {Picture} mask */
   #withMask(picture, mask) {
     /** @type {Map<Picture, Picture>} */
     const of = this.#masked.get(picture) ?? new Map(), known = of.get(mask), { height, width } = picture ?? mask;
@@ -247,8 +247,8 @@ function cutoffOf({ opacity, alphaCutoff }, texture) {
 }
 
 /**
- * The picture, or a white one, with the alpha of a mask, or what is bright of one without alpha. A mask of another size
- * lends each texel what is at its centre.
+ * The picture, or a white one, with the alpha of a mask, or the mask's red if it has no alpha. A mask of another size is sampled at
+ * the texels' centres.
  *
  * @param {Picture | undefined} picture
  * @param {Picture} mask

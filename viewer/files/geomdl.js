@@ -16,9 +16,8 @@ import { jsonOf } from "./text.js";
 const MAX_DEGREE = 9, MOST = 2 ** 31 - 1;
 
 /**
- * The surfaces of a file: faces of one brep, or of one for each name that they have. As in geomdl, what a trim goes
- * around is cut away, or all else if it is `reversed`. Surfaces that are `trimmed`, but without trims in the file, are
- * shown whole.
+ * Reads the surfaces of a file: faces of one brep, or of one brep per name. As in geomdl, the inside of a trim is cut away, or the
+ * outside if it is `reversed`. Surfaces that are `trimmed` but have no trims in the file are shown whole.
  *
  * @param {ArrayBuffer} bytes
  * @param {string} file its name
@@ -60,7 +59,7 @@ function readFace(surface) {
 }
 
 /**
- * The loops, of which an odd number goes around whatever is kept.
+ * Loops; an odd number of them encloses each kept point.
  *
  * @param {any} surface
  * @param {number[][]} knots
@@ -76,7 +75,7 @@ function readLoops(surface, knots) {
     return pieces.map((piece, j) => placedErrors(`trims[${i}][${j}]`, () => readCurve(piece)));
   });
   if (loops.length && !trims.some((trim) => trim.reversed)) {
-    // Holes need something around them: wider than the surface, or rounding would decide at its border.
+    // Holes need an outer loop, wider than the surface, so that rounding does not matter at its border.
     const [[u0, u1], [v0, v1]] = knots.map((of) => {
       const low = of[0], high = of[of.length - 1];
       return [2 * low - high, 2 * high - low];

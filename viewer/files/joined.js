@@ -1,5 +1,5 @@
 // @ts-check
-/** The parts of a mesh's file as one: what of them can be drawn, and the shapes that become of it. */
+/** Joins the parts of a mesh file, and makes shapes of their valid triangles. */
 
 import { CoreError } from "../core/errors.js";
 import { IDENTITY } from "../shapes/affine.js";
@@ -11,18 +11,17 @@ import { Looks, PLAIN } from "./surface.js";
  * @typedef {import("./surface.js").Surface} Surface
  * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
  * @typedef {{part: Part, surfaces: Surface[], surface: Int32Array | null}} Joined
- *   surfaces: those that look different; surface: (T,) which of them each triangle has, null where there is one
+ *   surfaces: one per appearance; surface: (T,) index of each triangle's surface, null if there is one
  */
 
 /** Beyond this, squares and products of coordinates leave float64. */
 const MAX_COORDINATE = 1e100;
 
-/** How often a texture may be repeated from its origin on. */
+/** Maximum number of repetitions of a texture from its origin. */
 const MAX_TILES = 2 ** 12;
 
 /**
- * All parts as a mesh for each surface: triangles that touch a missing or non-finite vertex are left out, and vertices
- * that no triangle uses.
+ * Makes one mesh per surface from all parts. Triangles with a missing or non-finite vertex are left out, as are unused vertices.
  *
  * @param {import("../core/core.js").Core} core
  * @param {string} name of the file
@@ -62,7 +61,7 @@ function sceneOfSurfaces(core, name, read) {
   return scene;
 }
 
-/** The rows that have each of the numbers 0 to `count` - 1, ascending. @param {Int32Array} numbers @param {number} count */
+/** Ascending rows with each of the numbers 0 to `count` - 1. @param {Int32Array} numbers @param {number} count */
 function rowsOf(numbers, count) {
   const sizes = new Int32Array(count), at = new Int32Array(count);
   for (const number of numbers) ++sizes[number];
@@ -72,11 +71,11 @@ function rowsOf(numbers, count) {
 }
 
 /**
- * Some triangles of a part, and what they use, in time that depends on these alone.
+ * Selects triangles of a part and their vertices, in time proportional to these.
  *
  * @param {Part} part
  * @param {Int32Array} rows of the triangles
- * @param {Int32Array} places zeros, one for each vertex of the part, as which they are left
+ * @param {Int32Array} places scratch: a zero per vertex of the part, reset at the end
  * @returns {Part}
  */
 function someOf({ vertices, triangles, normals, colors, faceColors, alphas, uv }, rows, places) {
@@ -129,8 +128,8 @@ function meshOf({ vertices, triangles, normals, colors, faceColors, alphas, uv }
 }
 
 /**
- * A part with the normals that shading computes where the file has none, so that it is as smooth where materials meet as
- * elsewhere: each corner is then a vertex of its own.
+ * Adds computed normals where the file has none, so that shading stays smooth where materials meet. Each corner then becomes a
+ * separate vertex.
  *
  * @param {import("../core/core.js").Core} core
  * @param {Part} part
@@ -160,7 +159,7 @@ function withNormals(core, part) {
   }
 }
 
-/** @param {Part[]} parts @returns {Joined} of several, an index that misses its own part's vertices becomes -1 */
+/** @param {Part[]} parts @returns {Joined} an index beyond its own part's vertices becomes -1 */
 function joined(parts) {
   const count = (/** @type {"vertices" | "triangles"} */ of) => parts.reduce((sum, part) => sum + part[of].length, 0);
   /** @type {Part} */
@@ -199,11 +198,11 @@ function joined(parts) {
 }
 
 /**
- * A field of all parts, `missing` in those without it; nothing if none has it.
+ * A field of all parts, with `missing` in parts without it; undefined if all lack it.
  *
  * @param {Part[]} parts
  * @param {"normals" | "colors" | "faceColors" | "alphas" | "uv"} name
- * @param {"vertices" | "triangles"} like what it has a row for each of
+ * @param {"vertices" | "triangles"} like the array with an equal number of rows
  * @param {number} width
  * @param {number} missing
  */
@@ -220,7 +219,7 @@ function field(parts, name, like, width, missing) {
   return result;
 }
 
-/** Colours or alphas that can be shown; nothing if all are 1. @param {Float64Array | undefined} values */
+/** Colours or alphas, clamped and finite; undefined if all are 1. @param {Float64Array | undefined} values */
 function shownColors(values) {
   if (!values) return undefined;
   const shown = values.map((value) => (Number.isNaN(value) ? 1 : Math.min(Math.max(value, 0), 1)));
@@ -228,21 +227,21 @@ function shownColors(values) {
 }
 
 /**
- * 0, 0 where a place on a texture is none, or so far away that float32 would not tell its texels apart.
+ * Replaces texture coordinates by 0, 0 if they are not finite, or too large for float32 to resolve texels.
  *
  * @param {Float64Array | undefined} uv
  */
 function onTexture(uv) {
-  const near = (/** @type {number} */ value) => Math.abs(value) <= MAX_TILES;  // NaN is not
+  const near = (/** @type {number} */ value) => Math.abs(value) <= MAX_TILES;  // false for NaN
   return uv?.map((value, i) => (near(value) && near(uv[i ^ 1]) ? value : 0));
 }
 
-/** For each triangle, 1 if all of its vertices are there and finite. @param {Part} part */
+/** For each triangle, 1 if all of its vertices exist and are finite. @param {Part} part */
 function usable({ vertices, triangles }) {
   const size = vertices.length / 3, fine = new Uint8Array(size), shown = new Uint8Array(triangles.length / 3);
   for (let i = 0, at = 0; at < vertices.length; ++i, at += 3) {
     const largest = Math.max(Math.abs(vertices[at]), Math.abs(vertices[at + 1]), Math.abs(vertices[at + 2]));
-    fine[i] = Number(largest <= MAX_COORDINATE);  // NaN is not
+    fine[i] = Number(largest <= MAX_COORDINATE);  // false for NaN
   }
   for (let i = 0; i < shown.length; ++i) {
     const a = triangles[3 * i], b = triangles[3 * i + 1], c = triangles[3 * i + 2];
@@ -253,10 +252,10 @@ function usable({ vertices, triangles }) {
 }
 
 /**
- * Some of the triangles, and what they use.
+ * Selects triangles and their vertices.
  *
  * @param {Joined} read
- * @param {Uint8Array} which 1 for each of them
+ * @param {Uint8Array} which 1 for each selected triangle
  * @returns {Joined}
  */
 function chosen({ part, surfaces, surface }, which) {
@@ -285,11 +284,11 @@ function chosen({ part, surfaces, surface }, which) {
 }
 
 /**
- * Rows in another order; the same array if none is left out.
+ * Reordered rows; the same array if all are kept.
  *
  * @template {Float64Array | Int32Array} T
  * @param {T} values (n, width)
- * @param {Int32Array} places where each goes, or -1
+ * @param {Int32Array} places new row of each, or -1
  * @param {number} count
  * @param {number} width
  * @returns {T}
@@ -305,7 +304,7 @@ function picked(values, places, count, width) {
 }
 
 /**
- * Normals at length 1, zero where one is unusable; nothing if all are.
+ * Unit normals, zero for unusable ones; undefined if all are unusable.
  *
  * @param {Float64Array} normals
  * @returns {Float32Array | undefined}

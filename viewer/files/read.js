@@ -4,7 +4,7 @@
 import { CoreError } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
-import { sceneOf } from "../tracing/description.js";
+import { sceneOf, together } from "../tracing/description.js";
 import { Beside } from "./beside.js";
 import { readBob } from "./bob.js";
 import { readInCore } from "./core_files.js";
@@ -17,14 +17,11 @@ import { meshScene } from "./joined.js";
  * @typedef {(core: Core, bytes: ArrayBuffer, name: string, beside: Beside) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
+const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
+
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
-  ".ply": inCore("ply"),
-  ".obj": inCore("obj"),
-  ".stl": inCore("stl"),
-  ".off": inCore("off"),
-  ".glb": inCore("glb"),
-  ".gltf": inCore("gltf"),
+  ...Object.fromEntries(MESHES.map((ending) => [ending, inCore(ending.slice(1))])),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
@@ -34,8 +31,42 @@ const READERS = {
 /** What files can be read. */
 export const ENDINGS = Object.keys(READERS);
 
+/** Of messages. */
+const MOST_LETTERS = 200;
+
+/** Of file names in a command: more would not leave room for it. */
+const MOST_NAMED = 40;
+
+/** What files the Python package alone reads. */
+const CONVERTED = [".3mf", ".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
+
+/** @param {string} name of a file */
+const endingOf = (name) => /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
+
+/** The command that packs files for this page. @param {...string} names */
+function packing(...names) {
+  if (names.join("").length > MOST_NAMED) return "bobrossnet pack scene.bob FILE";
+  const packed = `${names[0].replace(/\.[^.]*$/, "")}.bob`;
+  return ["bobrossnet pack", ...[packed, ...names].map((path) => (/[^\w.-]/.test(path) ? `'${path}'` : path))].join(" ");
+}
+
 /**
- * Reads a file; in a worker, since a large one takes a while.
+ * Checks that files of this name can be read.
+ *
+ * @param {string} name
+ * @throws {CoreError} of one line that says what to do
+ */
+export function checkFormat(name) {
+  const ending = endingOf(name);
+  if (Object.hasOwn(READERS, ending)) return;
+  const problem = CONVERTED.includes(ending)
+    ? `expected a format that this page reads, got ${ending}; convert it: ${packing(name)}`
+    : `expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}; ${ending ? "convert it to one" : "add one, as in #part.glb after an address"}`;
+  throw new CoreError(oneLine(`${name}: ${problem}`));
+}
+
+/**
+ * Reads a file, and the models opened together with it, as one scene; in a worker, since a large one takes a while.
  *
  * @param {Core} core
  * @param {string} name whose ending says what it is
@@ -46,12 +77,30 @@ export const ENDINGS = Object.keys(READERS);
  *   script
  */
 export async function readFile(core, name, bytes, beside = new Beside()) {
-  const ending = /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
+  const models = beside.files.filter(isModel);
+  for (const file of models) checkFormat(file.name);
+  const other = models.find((file) => isMesh(file) !== isMesh({ name }));
+  if (other) {
+    throw new CoreError(oneLine(`${other.name}: expected only meshes, or none, got ${name} too; open one, or pack both: ${packing(name, other.name)}`));
+  }
+  const scenes = [await readOne(core, name, bytes, beside)];
+  for (const file of models) scenes.push(await readOne(core, file.name, await file.arrayBuffer(), beside));
+  return inCanonicalOrder(core, together(scenes));
+}
+
+/** @param {{name: string}} file */
+const isModel = ({ name }) => [...ENDINGS, ...CONVERTED].includes(endingOf(name));
+
+/** Whether only the module "core.mesh" reads it. @param {{name: string}} file */
+const isMesh = ({ name }) => MESHES.includes(endingOf(name));
+
+/** @param {Core} core @param {string} name @param {ArrayBuffer} bytes @param {Beside} beside */
+async function readOne(core, name, bytes, beside) {
+  checkFormat(name);
+  const ending = endingOf(name), read = READERS[ending];
   try {
-    const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
-    if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
     if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
-    return await inCanonicalOrder(core, await read(core, bytes, name, beside));
+    return await read(core, bytes, name, beside);
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);
@@ -96,8 +145,8 @@ function reason(ending, error) {
   return `expected a ${ending} file, could not read it (${error})`;
 }
 
-/** @param {string} text at most 200 characters are kept */
+/** @param {string} text at most MOST_LETTERS are kept */
 function oneLine(text) {
   const line = text.replace(/[\p{C}\s]+/gu, " ").trim();
-  return line.length <= 200 ? line : `${line.slice(0, 197)}...`;
+  return line.length <= MOST_LETTERS ? line : `${line.slice(0, MOST_LETTERS - 3)}...`;
 }

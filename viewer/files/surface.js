@@ -1,13 +1,13 @@
 // @ts-check
 /**
- * Surfaces: what the meshes of a file look like, and the pictures that are laid on them.
+ * Surfaces of mesh files: materials and textures.
  *
  * @typedef {import("../tracing/description.js").Material} Material
  * @typedef {{texels: Uint8Array, height: number, width: number, alpha?: Uint8Array}} Picture
- *   texels (H * W, 3) in sRGB, row 0 at the top, alpha (H * W,), without which all is opaque
+ *   texels (H * W, 3) in sRGB, row 0 at the top, alpha (H * W,); opaque if omitted
  * @typedef {{picture: Picture, wrap: readonly [number, number]}} Texture wrap: across and down, 0 repeated, 1 clamped, 2 mirrored
  * @typedef {{material: Material, texture?: Texture, name?: string, alphaCutoff?: number}} Surface
- *   alphaCutoff: where alpha is below it, there is no surface; without, alpha does not matter
+ *   alphaCutoff: there is no surface where alpha is below it; if omitted, alpha is ignored
  */
 
 import { CoreError } from "../core/errors.js";
@@ -16,22 +16,22 @@ import { sizeOfPicture } from "./picture_size.js";
 
 const UNREADABLE = "expected a picture in PNG, JPEG or WebP, got none that can be read";
 
-/** Of one texture: 8,192 x 8,192, 0.2 GB. */
+/** Maximum size of one texture: 8,192 x 8,192 texels, 0.2 GB. */
 const MAX_TEXELS = 2 ** 26;
 
-/** Of all pictures of a file, as bobrossnet.adapters.surface.MAX_FILE_TEXELS. */
+/** Maximum size of all pictures of a file, as bobrossnet.adapters.surface.MAX_FILE_TEXELS. */
 const MAX_FILE_TEXELS = 2 ** 27;
 
-/** The pictures of a file: each is decoded once, whatever it is called. */
+/** The pictures of a file; each is decoded once, even under several names. */
 export class Pictures {
   #left = MAX_FILE_TEXELS;
   /** By their files' lengths and hashes. @type {Map<string, {bytes: Uint8Array, picture: Promise<Picture>}>} */
   #decoded = new Map();
-  /** Whether with their alpha, without it, or both. @type {Map<Picture, Set<boolean>>} */
+  /** Whether pictures are used with alpha, without it, or both. @type {Map<Picture, Set<boolean>>} */
   #shown = new Map();
 
   /**
-   * The texels of a picture's file.
+   * Decodes a picture's file.
    *
    * @param {Uint8Array<ArrayBuffer>} bytes
    * @returns {Promise<Picture>} rejected before it is decoded if it is too large
@@ -45,7 +45,7 @@ export class Pictures {
   }
 
   /**
-   * The mean of a picture's red, green and blue, 0..1. Neither the picture is kept, nor are its texels counted.
+   * The mean of a picture's red, green and blue, 0..1. The picture is neither kept nor counted.
    *
    * @param {Uint8Array<ArrayBuffer>} bytes
    * @returns {Promise<number[]>}
@@ -56,7 +56,7 @@ export class Pictures {
     return sums.map((sum) => sum / (255 * height * width));
   }
 
-  /** Takes the texels of a picture from what is left for the file, before there is any memory for them. @param {number} height @param {number} width */
+  /** Subtracts a picture's texels from the file's budget, before memory is allocated. @param {number} height @param {number} width */
   count(height, width) {
     if (height * width > this.#left) {
       throw new CoreError(`expected textures of at most ${MAX_FILE_TEXELS.toLocaleString("en")} texels in all, got more`);
@@ -65,7 +65,7 @@ export class Pictures {
   }
 
   /**
-   * Counts a picture again where others need its alpha and this surface not, or the other way round.
+   * Counts a picture twice if one surface uses its alpha and another ignores it.
    *
    * @param {Picture} picture
    * @param {boolean} isCutOut
@@ -77,7 +77,7 @@ export class Pictures {
   }
 }
 
-/** FNV-1a of some thousand bytes among them. @param {Uint8Array} bytes */
+/** FNV-1a of a sample of some thousand bytes. @param {Uint8Array} bytes */
 function hashOf(bytes) {
   const step = Math.ceil(bytes.length / 4096);
   let hash = 0x811c9dc5 | 0;
@@ -85,10 +85,10 @@ function hashOf(bytes) {
   return hash;
 }
 
-/** Of parts that have none. @type {Surface} */
+/** The surface of parts without one. @type {Surface} */
 export const PLAIN = { material: WHITE };
 
-/** Numbers of surfaces, from 0 on, equal where they look alike. */
+/** Numbers of surfaces from 0 on, equal for equal appearance. */
 export class Looks {
   /** @type {Map<string, number>} */
   #looks = new Map();
@@ -106,14 +106,14 @@ export class Looks {
 }
 
 /**
- * The cutoff for what is transparent by degrees, of which a ray sees what is seen most: half; none where nothing is opaque
- * by more, as of glass, which is shown as if it were.
+ * The cutoff of a translucent picture: half, so a ray meets the more visible surface. Undefined if all of it is less opaque, like
+ * glass; it is then shown as opaque.
  *
  * @param {Picture | undefined} picture
  */
 export const half = (picture) => (picture?.alpha?.some((alpha) => alpha >= 128) ? 0.5 : undefined);
 
-/** @param {Uint8Array<ArrayBuffer>} bytes @param {Pictures} [pictures] of the file, which count it @returns {Promise<Picture>} */
+/** @param {Uint8Array<ArrayBuffer>} bytes @param {Pictures} [pictures] of the file, for its budget @returns {Promise<Picture>} */
 async function decoded(bytes, pictures) {
   const size = sizeOfPicture(bytes);
   if (!size) throw new CoreError(UNREADABLE);
@@ -152,7 +152,7 @@ function alphaOf(pixels) {
   return alpha;
 }
 
-/** Pixels (H, W, 4) as a canvas has them, which forgets the colours of what is transparent. @param {ImageBitmap} image */
+/** Pixels (H, W, 4) from a canvas, which loses the colours of transparent pixels. @param {ImageBitmap} image */
 function drawnPixels(image) {
   const context = /** @type {OffscreenCanvasRenderingContext2D} */ (
     new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true })
@@ -162,8 +162,8 @@ function drawnPixels(image) {
 }
 
 /**
- * Pixels (H, W, 4) as the file has them, the colours of what is transparent too, which bleed into what is next to it; nothing
- * without WebGL, or where it takes no picture of that size.
+ * Pixels (H, W, 4) of the file, including colours of transparent pixels, which filtering mixes into their neighbours. Undefined
+ * without WebGL, or beyond its maximum size.
  *
  * @param {ImageBitmap} image
  */
@@ -177,6 +177,6 @@ function storedPixels(image) {
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, gl.getParameter(gl.TEXTURE_BINDING_2D), 0);
   gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   const isRead = gl.getError() === gl.NO_ERROR;
-  gl.getExtension("WEBGL_lose_context")?.loseContext();  // browsers allow few at a time
+  gl.getExtension("WEBGL_lose_context")?.loseContext();  // browsers limit the number of contexts
   return isRead ? pixels : undefined;
 }

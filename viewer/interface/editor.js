@@ -1,5 +1,6 @@
 // @ts-check
-/** The editor of a shape script: line numbers, the line in error, and sliders for named numbers. */
+/** The editor of a shape script: line numbers, the line in error, sliders for named numbers, and undo of both. */
+import { Undo, endOfChange, stepsOf } from "./undo.js";
 
 /** A line that names a number: `HEIGHT = 4  # in metres`. */
 const NAMED = /^([A-Za-z_]\w*)[ \t]*=[ \t]*(-?\d+(?:\.\d*)?|-?\.\d+)[ \t]*(?:#[ \t]*(.*))?$/;
@@ -18,6 +19,7 @@ export class Editor {
   #sliders;
   #error;
   #changed;
+  #undo = new Undo();
 
   /**
    * @param {{text: HTMLTextAreaElement, numbers: HTMLElement, sliders: HTMLElement, error: HTMLElement}} elements
@@ -25,11 +27,22 @@ export class Editor {
    */
   constructor({ text, numbers, sliders, error }, changed) {
     this.#text = text, this.#numbers = numbers, this.#sliders = sliders, this.#error = error, this.#changed = changed;
-    text.addEventListener("input", () => {
+    text.addEventListener("input", (event) => {
+      this.#undo.record(text.value, event instanceof InputEvent ? event.inputType : "", event.timeStamp);
       this.#number();
       this.#offer();
       changed(text.value);
     });
+    text.addEventListener("beforeinput", (event) => {
+      const steps = { historyUndo: -1, historyRedo: 1 }[event.inputType];
+      if (steps) this.#move(event, steps);
+    });
+    for (const part of [text, sliders]) {
+      part.addEventListener("keydown", (event) => {
+        const steps = stepsOf(event);
+        if (steps) this.#move(event, steps);
+      });
+    }
     text.addEventListener("scroll", () => (numbers.scrollTop = text.scrollTop));
   }
 
@@ -40,9 +53,24 @@ export class Editor {
   set script(script) {
     this.#text.value = script;
     this.#text.scrollTop = 0;
+    this.#undo.begin(script);
     this.#number();
     this.#offer();
     this.wrong(null);
+  }
+
+  /** Undoes or redoes. @param {Event} event that asks for it @param {number} steps */
+  #move(event, steps) {
+    event.preventDefault();
+    const before = this.#text.value, after = this.#undo.move(steps);
+    if (after === undefined) return;
+    const sliders = [...this.#sliders.querySelectorAll("input")], focused = sliders.findIndex((slider) => slider === document.activeElement);
+    this.#text.value = after;
+    this.#text.selectionStart = this.#text.selectionEnd = endOfChange(before, after);
+    this.#number();
+    this.#offer();
+    if (focused >= 0) this.#sliders.querySelectorAll("input")[focused]?.focus();
+    this.#changed(after);
   }
 
   /** Marks an error; null removes the mark. @param {string | null} message possibly beginning with "line 3, column 7: " */
@@ -77,11 +105,13 @@ export class Editor {
       shown.value = value;
       label.title = comment ?? "";
       label.append(name, slider, shown);
-      slider.addEventListener("input", () => {
+      slider.addEventListener("change", () => this.#undo.end());
+      slider.addEventListener("input", (event) => {
         shown.value = slider.value;
         const lines = this.#text.value.split("\n");
         lines[line] = lines[line].replace(/(=[ \t]*)[-.\d]+/, `$1${slider.value}`);
         this.#text.value = lines.join("\n");
+        this.#undo.record(this.#text.value, `slider ${name}`, event.timeStamp);
         this.#changed(this.#text.value);
       });
       return label;

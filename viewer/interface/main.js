@@ -12,6 +12,7 @@ import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE, valid } from "../picture/camera.js";
 import { Editor } from "./editor.js";
+import { Kept } from "./kept.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised } from "./opening.js";
 import { createState } from "./state.js";
@@ -36,7 +37,7 @@ const perspective = element("perspective", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
 
 const query = new URLSearchParams(location.search);
-const state = createState();
+const state = createState(), kept = new Kept();
 
 // ---- Pictures --------------------------------------------------------------------------------------------
 
@@ -105,33 +106,59 @@ refines.addEventListener("change", () => {
 const opening = new Opening(state, viewing, {
   busy: (busy) => (busy ? stage.setAttribute("aria-busy", "true") : stage.removeAttribute("aria-busy")),
   opened: () => {
-    const { title, script = "" } = state.scene;
+    const { title, script = "", edited } = state.scene;
     picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
+    kept.display(edited ?? null);
     if (state.edits.newest === null && editor.script !== script) editor.script = script;
   },
   chosen: choose,
   message: (text) => (message.textContent = text),
-  wrong: (text) => editor.wrong(text),
+  wrong: (text) => {
+    editor.wrong(text);
+    if (text !== null) element("script", HTMLDetailsElement).open = true;
+  },
 });
 
 const editor = new Editor({
   text: element("text", HTMLTextAreaElement), numbers: element("numbers", HTMLElement),
   sliders: element("sliders", HTMLElement), error: element("error", HTMLElement),
-}, (script) => opening.edit(script));
+}, (script) => {
+  const { scene, edits } = state;
+  edits.title ??= kept.free(scene.script === undefined ? "Script" : scene.title);
+  kept.keep(edits.title, script);
+  opening.edit(script);
+});
+
+const EDITED = "edited: "; // before the title, in the list
 
 /** Selects the open scene in the list. */
 function choose() {
-  const { scene } = state, known = scene.gallery !== undefined;
+  const { scene } = state, known = scene.gallery !== undefined || scene.edited !== undefined;
+  offerEdited();
   const other = gallery.querySelector('option[value=""]') ?? gallery.appendChild(new Option("", ""));
   other.textContent = known ? "" : scene.title || "…";
   if (known) other.remove();
-  gallery.value = scene.gallery ?? "";
+  gallery.value = scene.gallery ?? (scene.edited === undefined ? "" : EDITED + scene.edited);
   copy.disabled = !known && scene.script === undefined && scene.address === undefined;
   copy.title = copy.disabled ? "A file of this machine has no link" : "";
   // The up axis is known for the gallery and for scripts.
   yUp.parentElement?.toggleAttribute("hidden", !scene.source || scene.script !== undefined);
   yUp.checked = scene.source?.yUp ?? false;
+}
+
+/** Lists the edited scripts, last. */
+function offerEdited() {
+  const { titles } = kept, listed = gallery.querySelector("#edited");
+  if (titles.length === 0 || listed?.childElementCount === titles.length) return;
+  const group = listed ?? gallery.appendChild(Object.assign(document.createElement("optgroup"), { id: "edited", label: "Edited" }));
+  group.replaceChildren(...titles.map((title) => new Option(title, EDITED + title)));
+}
+
+/** @param {string} title of an edited script */
+function openEdited(title) {
+  editor.script = kept.script(title) ?? "";
+  return opening.script(editor.script, title);
 }
 
 async function fillGallery() {
@@ -145,7 +172,11 @@ async function fillGallery() {
   }));
 }
 
-gallery.addEventListener("change", () => gallery.value && opening.builtIn(gallery.value));
+gallery.addEventListener("change", () => {
+  const { value } = gallery;
+  if (value.startsWith(EDITED)) openEdited(value.slice(EDITED.length));
+  else if (value) opening.builtIn(value);
+});
 element("open", HTMLButtonElement).addEventListener("click", () => file.click());
 
 /** @param {import("./state.js").OpenScene} opened @param {string} name @param {Blob | string} source @param {File[]} [beside] */
@@ -156,10 +187,12 @@ function openFile(opened, name, source, beside) {
 /** Files that belong to a model: textures, buffers and materials. */
 const BESIDE = /\.(mtl|bin|png|jpe?g|webp|bmp|gif)$/i;
 
-/** Opens the first model among the files, with the others as its parts. @param {Iterable<File> | null | undefined} files */
+/** Opens the models among the files as one scene, with the others as their parts. @param {Iterable<File> | null | undefined} files */
 function openFiles(files) {
-  const all = Array.from(files ?? []), model = all.find(({ name }) => !BESIDE.test(name)) ?? all[0];
-  if (model) openFile({ title: model.name }, model.name, model, all.filter((other) => other !== model));
+  const all = Array.from(files ?? []), models = all.filter(({ name }) => !BESIDE.test(name)), model = models[0] ?? all[0];
+  if (!model) return;
+  const title = models.length > 1 ? `${model.name} and ${models.length - 1} more` : model.name;
+  openFile({ title }, model.name, model, all.filter((other) => other !== model));
 }
 
 file.addEventListener("change", () => {
@@ -217,28 +250,63 @@ copy.addEventListener("click", async () => {
 
 // ---- Start -----------------------------------------------------------------------------------------------
 
-/** Opens the scene in the address. @throws {Error} of one sentence, if it is damaged */
-async function start() {
-  const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
+/**
+ * Opens the scene and the camera in the page's fragment.
+ *
+ * @returns {Promise<boolean>} whether there is a scene in it
+ * @throws {Error} of one sentence, if it is damaged
+ */
+async function follow() {
+  const { hash } = location, linked = await fromFragment(hash);
+  if (hash !== location.hash) return true; // another link is followed meanwhile
   if (linked.camera) look(linked.camera);
-  const address = query.get("scene");
   if (linked.script !== undefined) {
+    editor.script = linked.script;
     await opening.script(linked.script);
-  } else if (address !== null && !linked.gallery) {
-    const url = addressOf(address, location.href);
-    if (url?.origin !== location.origin) {
-      throw new Error(`scene: expected a file of ${location.origin}, got ${url?.origin ?? address.slice(0, 100)}`);
-    }
-    const name = fileName(url);
-    await openFile({ title: name, address }, name, url.href);
+  } else if (linked.gallery) {
+    await opening.builtIn(linked.gallery);
   } else {
-    await opening.builtIn(linked.gallery ?? state.gallery[0].file);
+    return false;
   }
+  return true;
 }
+
+/** Opens the scene in the address, or the gallery's first. */
+async function start() {
+  await fillGallery();
+  const { reloaded } = kept, address = query.get("scene");
+  offerEdited();
+  try {
+    if (reloaded !== null && kept.script(reloaded) !== undefined) return await openEdited(reloaded);
+    if (await follow()) return;
+    if (address !== null) return await openAddress(address);
+  } catch (error) {
+    await opening.builtIn(state.gallery[0].file);
+    throw error;
+  }
+  await opening.builtIn(state.gallery[0].file);
+}
+
+/** @param {string} address of a file of this server @throws {Error} of one sentence, if it is of another one */
+async function openAddress(address) {
+  const url = addressOf(address, location.href);
+  if (url?.origin !== location.origin) {
+    throw new Error(`scene: expected a file of ${location.origin}, got ${url?.origin ?? address.slice(0, 100)}`);
+  }
+  const name = fileName(url);
+  await openFile({ title: name, address }, name, url.href);
+}
+
+/** @param {Error} error */
+const tell = (error) => (message.textContent = error.message);
+
+addEventListener("hashchange", () => {
+  page.started = follow().then(() => {}, tell);
+});
 
 /** For tests and measurements. */
 export const page = {
-  statistics, started: start().catch((error) => (message.textContent = error.message)), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
+  statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
   camera: () => picture.camera, valid,
 };
 Object.assign(window, { bobrossnet: page });

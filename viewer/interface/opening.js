@@ -29,12 +29,12 @@ export class Opening {
     viewing.expectsMore = true;
   }
 
-  /** @param {string} name of a file of the gallery */
+  /** @param {string} name of a file of the gallery @throws {Error} of one sentence if there is none */
   async builtIn(name) {
     const { gallery } = this.#state, entry = gallery.find(({ file }) => file === name);
     if (!entry) {
       const known = gallery.map(({ file }) => file).join(", ");
-      return this.#shown.message(`${name.slice(0, 100)}: expected a built-in scene, one of ${known}`);
+      throw new Error(`${name.slice(0, 100)}: expected a built-in scene, one of ${known}`);
     }
     const address = new URL(`../gallery/${name}`, import.meta.url);
     return this.file({ title: capitalised(entry.title), gallery: name }, fileName(address), address.href, false);
@@ -52,9 +52,9 @@ export class Opening {
     return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { yUp, beside }), this.#shown.message);
   }
 
-  /** @param {string} text */
-  script(text) {
-    return this.#replace({ title: "Script" }, () => this.#viewing.run(text), this.#shown.wrong);
+  /** @param {string} text @param {string} [edited] the title under which it is kept (kept.js), if edited */
+  script(text, edited) {
+    return this.#replace({ title: edited ?? "Script", edited }, () => this.#viewing.run(text), this.#shown.wrong);
   }
 
   /** Displays a changed script, in the workers of the previous one if there is one. @param {string} text */
@@ -68,13 +68,13 @@ export class Opening {
       const now = edits.newest;
       edits.newest = null;
       if (!viewing.canEdit || state.scene.script === undefined) {
-        await this.script(now);
+        await this.script(now, edits.title ?? undefined);
         continue;
       }
       try {
         const summary = await viewing.edit(now);
         if (!summary) continue;
-        state.scene = { title: state.scene.title, script: now };
+        state.scene = { title: state.scene.title, script: now, edited: edits.title ?? undefined };
         this.#shown.wrong(null);
         this.#shown.message(summary.warnings.join(" ") || null);
         this.#shown.chosen();
@@ -99,6 +99,7 @@ export class Opening {
       const summary = await open();
       if (!summary) return;
       this.#state.scene = { ...opened, script: summary.script ?? undefined };
+      this.#state.edits.title = opened.edited ?? null;
       this.#shown.opened();
       complain(null);
       this.#shown.message(summary.warnings.join(" ") || null);

@@ -16,7 +16,7 @@
  * @typedef {{kind: "tube"} & import("./splines.js").TubeTensors} TubeDescription
  * @typedef {MeshDescription | ImplicitDescription | ScriptDescription | FormulaDescription | BrepDescription |
  *   TubeDescription}
- *   ShapeDescription arrays as in scene files (CONVENTIONS.md)
+ *   ShapeDescription arrays as in scene files (docs/reference/scene-files.md)
  */
 
 export {};

@@ -10,7 +10,7 @@ import { Shape } from "./shape.js";
  *   mesh_triangles?: Uint32Array, color_ops?: Uint8Array, color_operands?: Uint32Array, color_values?: Float64Array,
  *   color_roots?: Uint32Array, color_mesh_sizes?: Uint32Array, color_mesh_vertices?: Float32Array,
  *   color_mesh_triangles?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and its meshes; optionally the same
- *   for its surface's colour, with its roots (3,), as in scene files (CONVENTIONS.md)
+ *   for its surface's colour, with its roots (3,), as in scene files (docs/reference/scene-files.md)
  */
 
 /** The shape of a script (docs/scripts.md). @param {Core} core @param {string} source */
@@ -20,7 +20,7 @@ export function scriptShape(core, source) {
 
 /**
  * The surface of a .vm formula. A bounded surface is complete; an unbounded one is cut by the cube from -1 to 1. A
- * formula without z is extruded to a height of 0.1 (CONVENTIONS.md).
+ * formula without z is extruded to a height of 0.1 (docs/reference/formulas.md).
  *
  * @param {Core} core
  * @param {string} text

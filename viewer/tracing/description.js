@@ -42,6 +42,26 @@ export function sceneOf(shape, name = null) {
 }
 
 /**
+ * Several scenes as one.
+ *
+ * @param {readonly SceneDescription[]} scenes
+ * @returns {SceneDescription}
+ */
+export function together(scenes) {
+  if (scenes.length === 1) return scenes[0];
+  /** @type {Required<SceneDescription>} */
+  const all = { shapes: [], instances: [], warnings: [] };
+  for (const { shapes, instances, warnings = [] } of scenes) {
+    const before = all.shapes.length;
+    all.instances = all.instances.concat(instances.map((instance) => ({ ...instance, shape: before + instance.shape })));
+    all.shapes = all.shapes.concat(shapes);
+    all.warnings = all.warnings.concat(warnings);
+  }
+  checkCount("instances", all.instances.length);
+  return all;
+}
+
+/**
  * The same scene, rotated from y up to z up, as bobrossnet.Scene.turned_upright.
  *
  * @param {SceneDescription} scene

@@ -21,17 +21,17 @@ namespace {
 /// A box is cut into 16 x 16 x 16 cells, and before that into blocks of 4 x 4 x 4 of them.
 constexpr int cuts = 16, block = 4;
 
-/// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
+/// Units of work per box and instruction. When they are spent, the box stays as it is.
 constexpr std::uint64_t budget = 1'200'000'000, budget_to_tighten = 100'000'000;
 
-/// A formula in the forms that bound it.
+/// Forms of a formula for computing bounds.
 struct Forms {
     const Tape& tape;
-    const Tape* jumping = nullptr;       // the same without modulo, to take jumps out of; null where they are left in
-    std::span<const std::vector<Tape>> parts = {};  // in sectors of their turns (formula/turns.h); none where these are left in
+    const Tape* jumping = nullptr;       // without modulo, for splitting at jumps; null for no splitting
+    std::span<const std::vector<Tape>> parts = {};  // split into sectors of rotations (formula/turns.h); empty for no splitting
 };
 
-/// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
+/// Finds cells of a box that may contain f <= 0, with as few evaluations as possible.
 class Inside {
 public:
     Inside(const Forms& forms, const Bounds& box, Work& work) : forms_(forms), box_(box), work_(work) {
@@ -44,7 +44,7 @@ public:
         });
     }
 
-    /// The box around the cells that may; nothing where there are none.
+    /// The box around these cells; empty if there are none.
     [[nodiscard]] std::optional<Bounds> hull() {
         Bounds result{};
         for (int axis = 0; axis < 3; ++axis) {
@@ -58,7 +58,7 @@ public:
         return result;
     }
 
-    /// Whether nothing is known of f in some cell that may.
+    /// Whether f is unbounded in one of these cells.
     [[nodiscard]] bool is_vague() {
         bool vague = false;
         look(all(cuts), 1, [&](const Index&, const Finding& found) {
@@ -81,7 +81,7 @@ private:
         return result;
     }
 
-    /// Whether any cell of a layer may.
+    /// Whether a layer has such a cell.
     bool any(int axis, int layer) {
         std::vector<Index> unknown;
         for (int i = 0; i < cuts * cuts; ++i) {
@@ -114,7 +114,7 @@ private:
         return apart && apart->nodes().back().op == Op::constant && apart->nodes().back().value > 0;
     }
 
-    /// f in parts of the box, `side` cells long; each is reported until `tell` returns false.
+    /// Bounds of f in blocks of `side` cells, reported until `tell` returns false.
     template <class Tell>
     void look(const std::vector<Index>& corners, int side, Tell tell) {
         const auto lanes = static_cast<std::size_t>(best_formula_kernels().lanes);
@@ -129,7 +129,7 @@ private:
                     boxes.high[axis][lane] = static_cast<float>(face(axis, k + side));
                 }
             }
-            if (work_.is_spent()) {  // then nothing is known of the rest
+            if (work_.is_spent()) {  // the rest stays unknown
                 for (; first < corners.size() && go_on; ++first) go_on = tell(corners[first], Finding{true, false});
                 return;
             }
@@ -148,7 +148,7 @@ private:
         }
     }
 
-    /// In which boxes bounds allow f <= 0.
+    /// Mask of boxes whose bounds allow f <= 0.
     std::uint32_t maybe_inside(const Tape& tape, BoxBatch& boxes) {
         const FormulaKernels& kernels = best_formula_kernels();
         const Code code = tape.code();
@@ -172,7 +172,7 @@ private:
     std::array<Known, cuts * cuts * cuts> known_{};
 };
 
-/// A box made as small as can be seen; nothing where f is positive in all of it.
+/// A box shrunk as far as can be proved; empty if f is positive everywhere in it.
 std::optional<Bounds> shrunk(const Forms& forms, Bounds box, Work& work) {
     for (int round = 0; round < 100; ++round) {
         const std::optional<Bounds> hull = Inside(forms, box, work).hull();
@@ -194,10 +194,10 @@ std::optional<Bounds> find_bounds(const Expression& f) {
     std::optional<Tape> jumping;
     if (f.uses(Op::modulo) || std::any_of(tape.decisions().begin(), tape.decisions().end(), may_jump)) jumping.emplace(without_modulo(f));
     const Forms plain{tape}, best{tape, jumping ? &*jumping : nullptr};
-    // A box if f is positive outside of it, and none if it is everywhere; nothing where that can't be seen.
+    // The box if f is positive outside it, an empty box if f is positive everywhere, nothing if neither can be proved.
     const auto enclosed = [&](const Forms& forms) -> std::optional<std::optional<Bounds>> {
         Work work(budget);
-        // A formula that overflows far out gives no bound there; nearer, it may.
+        // A formula that overflows far from the origin may have bounds nearer to it.
         for (const double reach : {1e9, 1e6, 1e3, 30.}) {
             const std::optional<Bounds> box = shrunk(forms, {{-reach, -reach, -reach}, {reach, reach, reach}}, work);
             if (!box) return box;
@@ -213,8 +213,8 @@ std::optional<Bounds> find_bounds(const Expression& f) {
         return std::nullopt;
     };
     if (const auto found = enclosed(plain)) return *found;
-    // Cells with jumps in them hold more than the inside, however far out, and so do those in which a twist turns by any angle. To take
-    // jumps out takes long, and is done where it must be, and then to make the box smaller.
+    // Bounds of cells with jumps, or with twists by any angle, are loose at any distance. Splitting them is slow, so it is done only if
+    // needed, and then to shrink the box.
     std::vector<std::vector<Tape>> parts;
     for (const Sectors& part : in_sectors(f)) parts.emplace_back(part.begin(), part.end());
     if (!parts.empty()) {

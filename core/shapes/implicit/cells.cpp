@@ -91,9 +91,9 @@ double Cells::maximum(const Function& convex) const {
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
-    Work work(maximum_budget);  // where it is spent, a cell counts as a whole
+    Work work(maximum_budget);  // once spent, cells are measured as a whole
     double most = -std::numeric_limits<double>::infinity();
-    // Depth first, and the largest bound of each cut first: what can't be more than the most so far is left out.
+    // Depth first, and the largest bound of each cut first: boxes below the current maximum are skipped.
     std::vector<Candidate> open{{std::numeric_limits<double>::infinity(), 0, {{-1, -1, -1}, {1, 1, 1}}}}, parts;
     while (!open.empty()) {
         const Candidate top = open.back();

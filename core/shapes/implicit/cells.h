@@ -1,7 +1,7 @@
-/// Where a formula may be zero: the cube -1..1 cut into cells, and in each the formula as simple as it is there.
+/// Cells of the cube -1..1 that may contain zeros of a formula, each with the formula simplified for it.
 ///
-/// Intervals decide once, for every view, which cells the surface can't pass and which branches of the formula matter
-/// in the others (Duff, "Interval arithmetic and recursive subdivision for implicit functions and constructive solid
+/// Interval arithmetic decides once, for every view, which cells are empty, and which branches of the formula the others
+/// need (Duff, "Interval arithmetic and recursive subdivision for implicit functions and constructive solid
 /// geometry", 1992; Keeter, "Massively parallel rendering of complex closed-form implicit surfaces", 2020).
 #pragma once
 
@@ -31,27 +31,26 @@ public:
     /// Side of a level's cells, in finest cells.
     static constexpr int side(int level) { return grid >> (2 * level); }
 
-    /// How far from the surface a point is that stands for it in questions of size.
+    /// Maximum distance from the surface of a point that represents it in measurements of extent.
     static constexpr float tolerance = 0x1p-7f;
 
-    /// Cells reach over their faces by this much, and so do the pieces of rays in them, so that nothing is lost to
-    /// rounding between two cells.
+    /// Overlap of cells, and of ray segments in them, so that rounding loses nothing between two cells.
     static constexpr float margin = 0x1p-20f;
 
     /// Units of work (work.h) of building; the most intricate of the examples takes less than half of it.
     static constexpr std::uint64_t budget = 8'000'000'000;
 
-    /// Stops cutting where the budget is spent. Throws Stopped where it shall not go on.
+    /// Stops subdividing when the budget is spent. Throws Stopped if interrupted.
     explicit Cells(const Expression& f);
 
-    /// Whether the budget was spent: rays are as exact, but take long.
+    /// Whether the budget was spent: rays are still exact, but slow.
     [[nodiscard]] bool is_coarse() const { return is_coarse_; }
 
     struct Cell {
-        std::uint32_t code;              // cells in which the formula is the same share it
+        std::uint32_t code;              // shared by cells with the same simplified formula
         std::array<std::uint8_t, 3> at;  // low corner, in finest cells
         std::uint8_t level;              // 1 to max_levels
-        Vec3 least_slope, most_slope;    // the formula's slopes lie between, axis by axis; NaN where unknown
+        Vec3 least_slope, most_slope;    // bounds of the formula's gradient, per axis; NaN if unknown
     };
     [[nodiscard]] const std::vector<Cell>& cells() const { return cells_; }
     [[nodiscard]] std::uint32_t codes() const { return static_cast<std::uint32_t>(codes_.size()); }
@@ -59,7 +58,7 @@ public:
         const Stored& stored = codes_[code];
         return {instructions_.data() + stored.first, stored.count, stored.registers, stored.result, stored.may_jump};
     }
-    /// Has the code's instructions brought near, for whoever will ask for them soon.
+    /// Prefetches the code's instructions.
     void prefetch(std::uint32_t code) const {
         const Stored& stored = codes_[code];
         const Instruction *const first = instructions_.data() + stored.first, *const end = first + std::min(stored.count, most_prefetched);
@@ -74,12 +73,11 @@ public:
     /// A function of points: writes its value at each.
     using Function = std::function<void(std::span<const Vec3> points, double* values)>;
 
-    /// The largest value of a convex function over the surface, or that of a point at most `tolerance` beyond it; -inf
-    /// where there is no surface.
+    /// The maximum of a convex function over the surface, or over points at most `tolerance` beyond it; -inf without a surface.
     [[nodiscard]] double maximum(const Function& convex) const;
 
-    /// Points of which one has the maximum of any convex function, but for rounding; of a linear one, whose products are
-    /// summed in order, to the bit. Throws Stopped where it shall not go on.
+    /// A set of points that contains the maximum of any convex function up to rounding, and of a linear function, with its
+    /// products summed in order, to the bit. Throws Stopped if interrupted.
     [[nodiscard]] std::vector<std::array<double, 3>> outline() const;
 
     [[nodiscard]] int max_registers() const { return max_registers_; }
@@ -91,7 +89,7 @@ public:
 private:
     Cells() = default;
 
-    /// Puts all codes into the order that suits rays; while cells are built, decisions need the order of the formula's nodes.
+    /// Reorders all codes for rays; decisions while cells are built need the order of the formula's nodes.
     void group_all_steps();
 
     /// Joins the first two levels.
@@ -100,7 +98,7 @@ private:
     class Builder;
     class Library;
 
-    /// Instructions; processors fetch what follows by themselves.
+    /// Number of prefetched instructions; hardware prefetches the following ones.
     static constexpr std::uint32_t most_prefetched = 64;
 
     struct Stored {

@@ -18,22 +18,21 @@
 namespace bob {
 namespace {
 
-/// Code that cutting a cell hardly makes shorter: with 8, CSG of a few balls and boxes takes 8 % longer; with 20, a
+/// Codes up to this length are not worth simplifying further: with 8, CSG of a few balls and boxes takes 8 % longer; with 20, a
 /// tanglecube takes 15 % longer.
 constexpr std::size_t short_code = 12;
 
-/// A formula of that many nodes is left as it is in a cell where more than this share of them is still needed: what is nearly all of
-/// it is hardly sooner computed, but takes as long to make, and rays of neighbours no longer share it. With a share of 1, woven strips
+/// A formula with this number of nodes is kept in a cell that still needs more than this share of them: simplifying saves little
+/// there, takes as long, and neighbours no longer share the code. With a share of 1, woven strips
 /// take 1.5 times as long to build, three times the memory, and rays a tenth longer; with 0.6, sparse rays take a twentieth longer.
-/// Of short formulas each node counts: with 0 nodes, a tanglecube takes 6 % longer.
+/// In short formulas each node matters: with 0 nodes, a tanglecube takes 6 % longer.
 constexpr std::size_t long_formula = 50;
 constexpr double share_needed = 0.8;
 
-/// The work of bounding slopes, for each instruction and box, and of leaving out what is never chosen, for each node; that
-/// of bounding values is 1.
+/// Work of bounding slopes per instruction and box, and of pruning per node, relative to that of bounding values.
 constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 100;
 
-/// The work of bounding values in a box: angles and powers take as long as many sums, and the way to a mesh as long as many of these.
+/// Work of bounding values in a box: an angle or a power costs as much as many sums, and a distance to a mesh as many of these.
 std::uint64_t units_of(const Code& code) {
     std::uint64_t units = code.count;
     for (std::size_t i = 0; i < code.count; ++i) {
@@ -49,10 +48,10 @@ bool has_mesh(const Code& code) {
     return std::any_of(code.instructions, end, [](const Instruction& step) { return step.op == Op::mesh_distance; });
 }
 
-/// Of each decision, whether it is a select's and what it asks for is always a number.
+/// For each decision, whether it is a select's and its condition is never NaN.
 std::vector<bool> certain_selects(const Tape& tape) {
     const std::vector<Node>& nodes = tape.expression().nodes();
-    std::vector<bool> total(nodes.size());  // whether numbers give a number
+    std::vector<bool> total(nodes.size());  // whether finite operands give a finite value
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const Op op = nodes[i].op;
         total[i] = op != Op::sqrt && op != Op::log && op != Op::asin && op != Op::acos && op != Op::divide &&
@@ -75,14 +74,14 @@ using TapePtr = std::shared_ptr<const Tape>;
 /// Writes codes into cells, each once.
 class Cells::Library {
 public:
-    /// The number of the code, which is added where it is not there.
+    /// The number of the code, added if it is new.
     std::uint32_t number_of(const Code& code, Cells& cells) {
         const std::size_t size = code.count * sizeof(Instruction);
         const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
         std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
         for (const std::uint32_t number : same_hash) {
             const Code known = cells.code(number);
-            // Without instructions, the result alone tells x, y and z apart.
+            // Codes without instructions differ only in their result: x, y or z.
             if (known.count == code.count && known.result == code.result &&
                 (size == 0 || std::memcmp(known.instructions, code.instructions, size) == 0)) {
                 return number;
@@ -99,7 +98,7 @@ public:
     }
 
 private:
-    std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // the numbers of codes of a hash
+    std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // numbers of codes by hash
 };
 
 /// Builds the subtree of one cell, with its own numbering.
@@ -113,13 +112,13 @@ public:
     struct Child {
         int index;
         TapePtr tape;
-        bool smooth;  // no jumps but those that select the whole formula
+        bool smooth;  // without jumps, apart from selects of the whole formula
         Vec3 least_slope = unknown, most_slope = unknown;
     };
 
     void start(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) { waiting_ = {tape, smooth, at, level}; }
 
-    /// Goes on until it is done or has done about that much work.
+    /// Continues until done, or for about this amount of work.
     void go_on(std::uint64_t units) {
         work_.grant(units);
         if (waiting_.tape) open(std::exchange(waiting_, {}));
@@ -128,7 +127,7 @@ public:
     [[nodiscard]] bool is_done() const { return !waiting_.tape && open_.empty(); }
     [[nodiscard]] const Work& work() const { return work_; }
 
-    /// Takes what is left as it is, without cutting it further.
+    /// Finishes without further subdivision.
     void finish() {
         if (waiting_.tape) open(std::exchange(waiting_, {}));
         coarse_ = true;
@@ -137,7 +136,7 @@ public:
 
     Cells result;
 
-    /// The children that the surface may pass, each with its parent's tape or a simpler one.
+    /// The children that may contain the surface, each with its parent's tape or a simpler one.
     std::vector<Child> occupied(const TapePtr& parent, bool smooth, std::array<int, 3> at, int level);
 
     static std::array<int, 3> child_at(std::array<int, 3> at, int level, int index) {
@@ -153,7 +152,7 @@ private:
         int level = 0;
     };
 
-    /// A node whose children are being built, those of the same tape one after the other.
+    /// A node in progress; its children are grouped by tape.
     struct Open {
         std::int32_t node;
         std::array<int, 3> at;
@@ -178,7 +177,7 @@ private:
             place = CellGrid::leaf(add_cell(child, corner, level));
             return;
         }
-        place = static_cast<std::int32_t>(result.children_.size() / 64);  // that open gives it next
+        place = static_cast<std::int32_t>(result.children_.size() / 64);  // the next place that open assigns
         open({child.tape, child.smooth, corner, level});
     }
 
@@ -188,10 +187,10 @@ private:
         return static_cast<std::int32_t>(children / 64);
     }
 
-    /// The last level is for jumps that are too many in one cell. All else is traced faster in larger cells, which more
-    /// rays share, as long as the code does not get much shorter: with the last level for all, a tanglecube took twice as
+    /// The last level is for cells with many jumps. Otherwise larger cells are faster, since more rays share their code, unless the
+    /// code gets much shorter: with the last level for all, a tanglecube took twice as
     /// long; with the last two for spheres, 1.7 times. In cells of level 2 instead of 3, the median code of letters and
-    /// gears is five to six times as long. A mesh is cut until it is nearly flat, so that rays cross it once: with slopes
+    /// gears is five to six times as long. A mesh is subdivided until it is nearly flat, so rays cross it once: with slopes
     /// that differ by up to 1 instead of 0.5, rays took twice as long; with 0.25, a sphere of 3,700 triangles took seven times as long
     /// to build.
     bool is_leaf(const Child& child, int level) {
@@ -203,7 +202,7 @@ private:
         return smooth || result.cells_.size() >= max_cells_;
     }
 
-    /// Whether slopes differ by much, or are unknown.
+    /// Whether slopes vary widely, or are unknown.
     static bool is_uneven(const Child& child) {
         constexpr float most = 0.5f;
         bool even = true;
@@ -223,7 +222,7 @@ private:
         return boxes;
     }
 
-    /// Takes back what boxes decided, but for the branches of selects that always know which one to take.
+    /// Reverts decisions of boxes, except for selects whose condition is never NaN.
     void forget_extremes(const std::vector<bool>& is_certain, std::uint32_t lanes) {
         for (std::size_t i = 0; i < decisions_.size(); ++i) {
             if (is_certain[i]) continue;
@@ -232,7 +231,7 @@ private:
         }
     }
 
-    /// Gives children formulas in which each side of a jump is by itself, and leaves out those that are empty then.
+    /// Splits the children's formulas at jumps, and drops children that are then empty.
     void take_out_jumps(std::vector<Child>& children, std::array<int, 3> at, int level, std::uint64_t most) {
         std::vector<Child> left;
         for (Child& child : children) {
@@ -252,7 +251,7 @@ private:
         children = std::move(left);
     }
 
-    /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
+    /// Drops children that are empty by the bounds of their slopes. Children of one tape are tested together.
     void narrow(std::vector<Child>& children, std::array<int, 3> at, int level, std::uint64_t most) {
         const FormulaKernels& kernels = best_formula_kernels();
         std::vector<Child> left;
@@ -304,10 +303,10 @@ private:
     }
 
     std::uint32_t max_cells_;
-    std::uint64_t at_once_;  // for one cell
+    std::uint64_t at_once_;  // budget for one cell
     Work work_;
     bool coarse_ = false;
-    TapePtr last_tape_;  // neighbours often have the same
+    TapePtr last_tape_;  // neighbours often share it
     std::uint32_t last_code_ = 0;
     Waiting waiting_;
     std::vector<Open> open_;
@@ -322,7 +321,7 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
     const Tape& tape = *parent;
     void* memory = scratch(tape.code().registers);
     decisions_.resize(tape.decisions().size());
-    // One cell of a huge formula may take longer than all others may: past its share, its parts stay as they are.
+    // One cell of a huge formula may exceed the whole budget: beyond its share, its parts are not subdivided.
     const std::uint64_t most = work_.spent() + at_once_;
     const std::uint64_t units = units_of(tape.code());
     std::vector<Child> children;
@@ -335,7 +334,7 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
         BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
         work_.spend(static_cast<std::uint64_t>(kernels.lanes) * units);
         kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
-        // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
+        // The operand of max that is never taken may be NaN, and make the formula NaN.
         if (boxes.partly) {
             if (!is_certain) is_certain = certain_selects(tape);
             forget_extremes(*is_certain, boxes.partly);
@@ -386,7 +385,7 @@ void Cells::make_top() {
 }
 
 Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
-    // The root's children are built apart, by all threads, and put together in order.
+    // All threads build the root's children, which are joined in order.
     const auto tape = std::make_shared<const Tape>(f);
     Builder root(0, budget / 16);
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);

@@ -21,11 +21,11 @@
 namespace bob {
 namespace {
 
-// ---- Which points of the lattice are inside ----------------------------------------------------------------------------
+// ---- Inside points of the lattice ----------------------------------------------------------------------------
 
 constexpr int word_bits = 64;
 
-/// A bit for each point of a layer of the lattice, row by row, and how many ones come before.
+/// A bit for each point of a lattice layer in row order, with prefix counts of ones.
 class Bits {
 public:
     Bits(int rows, int columns)
@@ -36,7 +36,7 @@ public:
     [[nodiscard]] const std::uint64_t* row(int y) const { return bits_.data() + static_cast<std::ptrdiff_t>(y) * words_; }
     [[nodiscard]] bool operator()(int x, int y) const { return row(y)[x / word_bits] >> (x % word_bits) & 1; }
 
-    /// Numbers the ones; returns how many there are.
+    /// Numbers the ones; returns their count.
     std::size_t number() {
         before_.resize(bits_.size());
         std::uint32_t sum = 0;
@@ -72,20 +72,20 @@ void set(std::uint64_t* bits, int from, int to) {
     for (int i = from; i < to; ++i) bits[i / word_bits] |= std::uint64_t{1} << (i % word_bits);
 }
 
-/// Which of `count` points along each ray, at t = 0, 1 and so on, are inside. The rays begin outside. Between the shape's
-/// cells the sign stays as it was where the ray left the one before.
+/// Finds the inside points among `count` points along each ray, at t = 0, 1, … Rays start outside. Between the shape's cells,
+/// the sign is that at the exit of the previous cell.
 void inside(const Implicit& shape, std::span<const Ray> rays, int count, std::span<std::uint64_t* const> bits) {
     const Cells& cells = shape.cells();
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(cells.max_registers());
     struct Row {
-        int next = 0;  // the first point that is not known yet
+        int next = 0;  // the first unknown point
         bool inside = false;
     };
     struct Asked {
         std::uint32_t ray;
         float t;
-        int point;  // or -1: where the ray leaves the cell
+        int point;  // or -1 at the exit from the cell
     };
     std::vector<Walk> walks;
     std::vector<Row> rows(rays.size());
@@ -115,7 +115,7 @@ void inside(const Implicit& shape, std::span<const Ray> rays, int count, std::sp
             kernels.values(cells.code(code), points, lanes, value, memory);
             for (int lane = 0; lane < lanes; ++lane) {
                 const Asked& a = asked[begin + static_cast<std::size_t>(lane)];
-                const bool in = value[lane] < 0;  // not where it is NaN
+                const bool in = value[lane] < 0;  // false for NaN
                 if (a.point < 0) {
                     rows[a.ray].inside = in;
                 } else if (in) {
@@ -140,7 +140,7 @@ constexpr int edge_between(int a, int b) {
     return 4 * axis + (below | above << axis);
 }
 
-/// Which of a cell's edges that the surface crosses belong to the same sheet of it, by the corners that are inside.
+/// Groups the crossed edges of a cell into sheets of the surface, by the inside corners.
 struct Sheets {
     std::array<std::int8_t, 12> of_edge{};  // -1: not crossed
     int count = 0;
@@ -153,7 +153,7 @@ constexpr std::array<int, 4> face_corners(int axis, int side) {
     return {at, at | b, at | b | c, at | c};
 }
 
-/// Where the surface crosses a face twice, it goes around the corners that are inside, in both cells of the face.
+/// On a face crossed twice, the surface encloses the inside corners, in both cells of the face.
 Sheets sheets_of(int corners) {
     std::array<int, 12> leader;
     std::iota(leader.begin(), leader.end(), 0);
@@ -219,13 +219,13 @@ const std::array<Sheets, 256>& all_sheets() {
 
 using Point = std::array<double, 3>;  // in cells
 
-/// Where an edge of the lattice meets the surface: the share of the edge, and the normal; zero where there is none.
+/// The surface's crossing of a lattice edge: its parameter along the edge, and the normal; zero without a crossing.
 struct Crossing {
     float t;
     Vec3 normal;
 };
 
-/// The sum of the squared distances from planes: x'Ax - 2 b'x + c.
+/// Sum of squared distances from planes: x'Ax - 2 b'x + c.
 struct Quadric {
     double a[6] = {}, b[3] = {}, c = 0;  // a: xx, yy, zz, yz, zx, xy
 
@@ -276,12 +276,11 @@ void diagonalise(double (&a)[3][3], double (&v)[3][3]) {
     }
 }
 
-/// Eigenvalues below this share of the largest count as zero: along their directions a vertex stays in the middle of its
-/// crossings. Edges are kept from an angle of about 2 asin(sqrt(share)) on; where it is too small, vertices of smooth surfaces
-/// slide along them.
+/// Eigenvalues below this share of the largest are treated as zero: along their directions, a vertex stays at the mean of its
+/// crossings. Edges sharper than about 2 asin(sqrt(share)) are kept; if it is too small, vertices slide along smooth surfaces.
 constexpr double least_share = 0.02;
 
-/// The point nearest to the middle of the crossings that is nearest to all planes.
+/// The least-squares point of all planes that is nearest to the mean of the crossings.
 Point meeting_point(const Quadric& quadric, const Point& middle) {
     const double* m = quadric.a;
     double a[3][3] = {{m[0], m[5], m[4]}, {m[5], m[1], m[3]}, {m[4], m[3], m[2]}}, v[3][3];
@@ -298,10 +297,10 @@ Point meeting_point(const Quadric& quadric, const Point& middle) {
     return result;
 }
 
-/// The point of a box that is nearest to all planes, and a little to the middle of the crossings: where the planes meet
-/// outside, that on its border which leaves the surface least. Coordinates are improved in turn.
+/// The least-squares point of all planes within a box, regularised towards the mean of the crossings. If the planes meet outside, it
+/// is the best point on the border, found by coordinate descent.
 void keep_within(Point& point, const Point& low, const Point& high, const Quadric& quadric, const Point& middle) {
-    constexpr int other[3][2] = {{5, 4}, {5, 3}, {4, 3}};  // the matrix's entries beside the diagonal
+    constexpr int other[3][2] = {{5, 4}, {5, 3}, {4, 3}};  // indices of off-diagonal entries
     const auto is_in = [&](std::size_t axis) { return point[axis] >= low[axis] && point[axis] <= high[axis]; };
     if (is_in(0) && is_in(1) && is_in(2)) return;
     const double pull = 0.01 * (quadric.a[0] + quadric.a[1] + quadric.a[2]) + 1e-12;
@@ -314,8 +313,8 @@ void keep_within(Point& point, const Point& low, const Point& high, const Quadri
     }
 }
 
-/// Where a cell's vertices may be: in it, and up to the middle of the neighbours into which no edge of the lattice shows a way.
-/// An edge or a corner of the surface that pokes through a face between the lattice's edges is there.
+/// Range of a cell's vertices: the cell, and half of each neighbour across a face without crossed edges. Sharp edges and corners of
+/// the surface may poke through such a face.
 std::pair<Point, Point> room_of(const Point& low, int corners) {
     Point from = low, to = low;
     for (int axis = 0; axis < 3; ++axis) {
@@ -331,7 +330,7 @@ std::pair<Point, Point> room_of(const Point& low, int corners) {
 
 // ---- The lattice, layer by layer ---------------------------------------------------------------------------------------
 
-/// The points of one z, and the edges between them.
+/// The lattice points at one z, and their edges.
 struct Layer {
     Bits inside;
     std::array<Bits, 2> crossed;  // edges along x and y, at their lower points
@@ -340,13 +339,13 @@ struct Layer {
     Layer(int rows, int columns) : inside(rows, columns), crossed{Bits{rows, columns}, Bits{rows, columns}} {}
 };
 
-/// What lies between two layers.
+/// Cells and edges between two layers.
 struct Slab {
     Bits crossed;  // edges along z
     Bits cells;
     std::vector<Crossing> crossings;
     std::vector<std::array<int, 2>> places;  // x and y of each cell
-    std::vector<std::uint8_t> corners;       // of each cell: which are inside
+    std::vector<std::uint8_t> corners;       // inside corners of each cell
     std::vector<std::int32_t> first;         // the first vertex of each cell
     std::vector<std::array<Crossing, 4>> diagonals;  // of each cell of one sheet, from its lower corners on; NaN: not crossed
     std::int32_t first_of_all = 0;
@@ -365,15 +364,14 @@ public:
                 throw std::invalid_argument("more than " + std::to_string(max_lattice) + " cells along an axis");
             }
             points_[axis] = static_cast<int>(cells) + 1;
-            // Not in the middle, where a plane of symmetry or a face of a round size would lie on points, whose signs were
-            // rounding's.
+            // Off-centre, so that planes of symmetry and faces at round coordinates do not pass through lattice points.
             low_[axis] = low - (cells * side_ - size) * share_below[axis];
         }
     }
 
     Triangulation run() {
         const int chunk = std::clamp(rows_at_once / points_[1], 1, points_[2]);
-        add_layer();  // the lowest, and what would be below it: all outside
+        add_layer();  // the lowest layer and the one below it, all outside
         for (lowest_ = 0; lowest_ + 1 < points_[2]; lowest_ += static_cast<int>(layers_.size()) - 1, drop_layers()) {
             while (static_cast<int>(layers_.size()) <= std::min(chunk, points_[2] - 1 - lowest_)) add_layer();
             look_inside();
@@ -415,7 +413,7 @@ private:
         return direction;
     }
 
-    /// Which points of the new layers are inside.
+    /// Finds inside points of the new layers.
     void look_inside() {
         const auto rows = static_cast<std::size_t>(points_[1]);
         parallel_for(rows * (layers_.size() - 1), grain, [&](std::size_t begin, std::size_t end) {
@@ -430,7 +428,7 @@ private:
         });
     }
 
-    /// Which edges of layer i and of the slab below it the surface crosses, and which cells of that.
+    /// Finds crossed edges of layer i and of the slab below it, and crossed cells of the slab.
     void find_crossed(std::size_t i) {
         const Bits &below = layers_[i - 1].inside, &above = layers_[i].inside;
         Layer& layer = layers_[i];
@@ -467,7 +465,7 @@ private:
         });
     }
 
-    /// Where the surface crosses the new edges.
+    /// Computes crossings of the new edges.
     void find_crossings() {
         std::vector<Ray> rays;
         std::vector<Crossing*> found;
@@ -480,7 +478,7 @@ private:
         };
         for (std::size_t i = 1; i < layers_.size(); ++i) {
             const int z = lowest_ + static_cast<int>(i);
-            // Where a sharp edge cuts off a part of a cell that has none of its edges, as often as not a diagonal meets it.
+            // A sharp edge may cut a cell without crossing its edges; a diagonal often meets it.
             Slab& slab = slabs_[i];
             slab.diagonals.assign(slab.places.size(), {});
             for (std::size_t cell = 0; cell < slab.places.size(); ++cell) {
@@ -507,7 +505,7 @@ private:
             std::vector<std::size_t> from;
             shape_.closest_hits(met, hits);
             for (std::size_t i = 0; i < hits.size(); ++i) {
-                // There is a root on the edge; where rounding puts it just beyond one end, the normal matters little.
+                // The edge has a root. Rounding may put it just beyond one end, where the normal matters little.
                 *found[begin + i] = {0.5f, {}};
                 if (!(hits[i].t <= 1.01f)) continue;
                 met[from.size()] = met[i], hits[from.size()] = hits[i];
@@ -582,7 +580,7 @@ private:
         });
     }
 
-    /// A cell beside an edge, and which of the cell's edges that is.
+    /// A cell next to an edge, and the edge's index in the cell.
     struct Beside {
         const Slab* slab;
         std::size_t number;
@@ -615,9 +613,9 @@ private:
             const int corner = -around[k][0] << b | -around[k][1] << c;
             cells[k] = {&slab, slab.cells.number_of(x + offset[0], y + offset[1]), edge_between(corner, corner | 1 << axis)};
         }
-        const Beside& own = cells[2];  // whose lowest corner the edge begins at
+        const Beside& own = cells[2];  // the edge starts at its lowest corner
         const bool begins_inside = own.slab->corners[own.number] & 1;
-        // The cells' vertices, and further ones where a face is passed twice between the same two: an edge for each passage.
+        // The cells' vertices, and additional ones on faces crossed twice: an edge for each crossing.
         std::vector<std::int32_t>& polygon = polygon_;
         polygon.clear();
         int extra = -1;
@@ -627,13 +625,13 @@ private:
             const Beside &here = cells[k], &there = cells[(k + 1) % 4];
             if (!(here.sheets().doubled >> (2 * face_axis + side) & 1)) continue;
             if (!(there.sheets().doubled >> (2 * face_axis + !side) & 1)) continue;
-            // Of the two corners of the face that are inside, the passage around the lower one has a vertex of its own. The
-            // edge lies along the face; its end that is inside is one of them.
+            // The face has two inside corners; the crossing around the lower one gets an additional vertex. The edge lies in the
+            // face, and its inside end is one of these corners.
             const std::int64_t end[3] = {x + (axis == 0 && !begins_inside), y + (axis == 1 && !begins_inside),
                                          z + (axis == 2 && !begins_inside)};
-            std::int64_t low[3] = {x, y, z};  // of the face
+            std::int64_t low[3] = {x, y, z};  // corner of the face
             const int across = 3 - axis - face_axis;  // the face's other axis
-            // Of the cells around the edge, the two of this face lie on this side of it.
+            // The two cells around the edge that share this face.
             const int which = across == b ? around[k][0] : around[k][1];
             low[across] += which;
             if (end[next(face_axis)] != low[next(face_axis)]) continue;
@@ -650,7 +648,7 @@ private:
         if (mesh_.triangles.size() + polygon.size() > Triangulation::max_triangles) {
             throw std::invalid_argument("more than " + std::to_string(Triangulation::max_triangles) + " triangles");
         }
-        // From a vertex of its own, so that no diagonal is an edge; else along the diagonal that is closer to the surface.
+        // Fan around an additional vertex, so no diagonal is an edge; otherwise the diagonal closer to the surface.
         std::size_t from = static_cast<std::size_t>(std::max(extra, 0));
         if (extra < 0) from = (bend(cells, 0) <= bend(cells, 1)) == begins_inside ? 0 : 1;
         const std::size_t count = polygon.size();
@@ -659,7 +657,7 @@ private:
         }
     }
 
-    /// How far the middle between the vertices of two opposite cells is from the planes of both.
+    /// Distance of the midpoint between two opposite cells' vertices from the planes of both.
     [[nodiscard]] double bend(const std::array<Beside, 4>& cells, std::size_t k) const {
         const Point &p = mesh_.vertices[static_cast<std::size_t>(cells[k].vertex())],
                     &q = mesh_.vertices[static_cast<std::size_t>(cells[k + 2].vertex())];
@@ -682,7 +680,7 @@ private:
     int lowest_ = 0;  // the z of layers_[0]
     std::vector<Layer> layers_;
     std::vector<Slab> slabs_;
-    std::unordered_map<std::int64_t, std::int32_t> between_;  // vertices on faces that a sheet passes twice, by the face
+    std::unordered_map<std::int64_t, std::int32_t> between_;  // vertices on faces crossed twice by a sheet, by face
     std::vector<std::int32_t> polygon_;
     Triangulation mesh_;
 };

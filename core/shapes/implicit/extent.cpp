@@ -21,7 +21,7 @@ double radius_of(const S& shape, const AffineMap& map, const double center[3]) {
     return placed_radius(shape, from_unit.row[0], center, singular_values(from_unit)[0]);
 }
 
-/// As `placed_bounds` and `placed_radius`, rounded alike.
+/// `placed_bounds` and `placed_radius`, with the same rounding.
 Bounds bounds_of(const PointTree& outline, const AffineMap& from_unit) {
     Bounds bounds = outline.bounds(from_unit);
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-/// How far shapes reach once a map has placed them: of those of curved pieces, by maxima of convex functions over these.
+/// Extent of shapes after a map; for curved pieces, from maxima of convex functions over them.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace bob {
 
-/// The largest value of f(centre, radius) over balls that the shape is made of, points but for tubes. f is convex, and
-/// changes no faster than its arguments: so 1e-3 is a share of the shape's size.
+/// The maximum of f(centre, radius) over the shape's balls, which are points except in tubes. f is convex and has a Lipschitz
+/// constant of 1, so 1e-3 is relative to the shape's size.
 template <class F>
 double maximum(const Implicit& shape, F f) {
     return shape.cells().maximum([&](std::span<const Vec3> points, double* values) {
@@ -28,12 +28,12 @@ double maximum(const Tube& shape, F f) {
     return shape.maximum(f);
 }
 
-/// How much longer the longest vector of the shape's own space becomes at most by a map to one coordinate.
+/// Operator norm of a map to one coordinate.
 inline double stretch(const double* row) { return std::hypot(row[0], row[1], row[2]); }
 
 inline double mapped(const double* row, Vec3 p) { return row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3]; }
 
-/// std::hypot, which takes long, where squares don't leave the range of numbers.
+/// std::hypot, but fast if squares stay in range.
 inline double length(double x, double y, double z) {
     const double square = x * x + y * y + z * z;
     return square > 1e-280 && square < 1e280 ? std::sqrt(square) : std::hypot(x, y, z);
@@ -53,8 +53,8 @@ void placed_bounds(const S& shape, const double* map, double* bounds) {
     });
 }
 
-/// The distance from `center` to the farthest point of a shape placed by `map`, whose largest singular value is given. Of
-/// a tube: up to the ratio of the singular values too large, since balls count as the largest spheres around them.
+/// The distance from `center` to the farthest point of a shape placed by `map`, whose largest singular value is given. For
+/// a tube, it is too large by at most the ratio of the singular values, since mapped balls are replaced by enclosing spheres.
 template <class S>
 double placed_radius(const S& shape, const double* map, const double* center, double largest_singular_value) {
     const double scale = largest_singular_value;

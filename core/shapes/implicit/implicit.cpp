@@ -19,7 +19,7 @@ namespace {
 /// Roots closer together than this are not separated, in the surface's own coordinates.
 constexpr float finest = 1e-6f;
 
-/// Segments that look for roots together, and between whose batches work can be interrupted.
+/// Segments per batch; work can be interrupted between batches.
 constexpr std::size_t most_at_once = 256;
 
 /// The sphere within the cube around a box.
@@ -33,7 +33,7 @@ Sphere sphere_in(const Bounds& box) {
     return sphere;
 }
 
-/// f at center + radius * (x, y, z), cut off at the box where it would go on beyond it.
+/// f at center + radius * (x, y, z), cut by the box if it extends beyond it.
 Expression in_unit_sphere(const Expression& f, const Bounds& bounds, const Sphere& sphere) {
     const auto& [center, half_side] = sphere;
     Graph graph;
@@ -56,7 +56,7 @@ ColorTape in_unit_sphere(const ColorFormula& color, const Sphere& sphere) {
     return ColorTape(graph.color_formula(graph.substitute(color, p[0], p[1], p[2])));
 }
 
-/// Bounds of the slopes along a direction, of a formula whose own slopes lie between two.
+/// Bounds of the derivative along a direction, from bounds of the gradient.
 struct Slopes {
     float least = 0, most = 0;
 
@@ -69,7 +69,7 @@ struct Slopes {
             size += std::fabs(a) + std::fabs(b);
         }
         least -= 1e-6f * size;
-        most += 1e-6f * size;  // NaN in any of them makes both NaN
+        most += 1e-6f * size;  // NaN propagates to both
     }
 };
 
@@ -94,7 +94,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         Interruption::check();
         for (std::size_t i = 0; i < some.size(); ++i) {
             const Walk& walk = walks[some[i]];
-            // Pieces overlap by the margin that cells have, so that no root falls between two.
+            // Segments overlap by the cells' margin, so no root falls between two.
             const float margin = 0.5f * Cells::margin / walk.length;
             from[i] = std::max(0.f, walk.enter - margin);
             const Slopes slopes(cells[walk.cell], walk.direction);
@@ -137,7 +137,7 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
         const float* const points[3] = {point[0], point[1], point[2]};
         float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
         std::uint32_t without = (1u << count) - 1;
-        // A distance has no gradient where it is zero to the bit; just before the hit it has.
+        // A distance has no gradient at an exact zero, but has one just before the hit.
         for (const float before : {0.f, 1e-5f}) {
             for (int lane = 0; lane < count; ++lane) {
                 const Ray& ray = rays[items[lane]];
@@ -150,7 +150,7 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
                 const Vec3 direction = rays[items[lane]].direction;
                 const Vec3 normal = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
                 const bool none = dot(normal, normal) == 0;
-                // Where there is none there either, the surface is taken to face the ray.
+                // Without a gradient there, too, the surface is assumed to face the ray.
                 normals[items[lane]] = none ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
                 if (!none) without &= ~(1u << lane);
             }

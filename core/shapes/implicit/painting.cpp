@@ -12,10 +12,10 @@
 namespace bob {
 namespace {
 
-/// Shorter code is run as it is.
+/// Shorter code is not pruned.
 constexpr std::size_t long_code = 32;
 
-/// How far a box reaches beyond its sides, in which points are looked for with rounded numbers.
+/// Overlap of boxes, since points are assigned to them with rounded numbers.
 constexpr float margin = 1e-5f;
 
 int box_of(float coordinate, int side) {
@@ -26,8 +26,7 @@ int box_of(float coordinate, int side) {
 /// The number of a box of a grid with `side` boxes along an axis.
 std::size_t number_in(int side, const std::array<int, 3>& at) { return static_cast<std::size_t>((at[2] * side + at[1]) * side + at[0]); }
 
-/// What is left of code in some boxes of a grid with `side` boxes along an axis, one after the other: use(box, pruned) where a box
-/// leaves something out and is certain.
+/// Prunes code in boxes of a grid with `side` boxes along an axis; calls use(box, pruned) for each box with certainly shorter code.
 template <class Use>
 void prune_in(const Code& code, std::span<const int> results, int side, std::span<const std::array<int, 3>> boxes, Use use) {
     const FormulaKernels& kernels = best_formula_kernels();
@@ -47,7 +46,7 @@ void prune_in(const Code& code, std::span<const int> results, int side, std::spa
         }
         kernels.bounds(code, batch, decisions.data(), scratch(code.registers));
         for (std::size_t lane = 0; lane < count; ++lane) {
-            if (batch.partly >> lane & 1) continue;  // what is not chosen may be NaN, and so make the whole NaN
+            if (batch.partly >> lane & 1) continue;  // a branch that is not chosen may be NaN, and make the result NaN
             prune(code, results, decisions, static_cast<int>(lane), pruned);
             if (pruned.instructions.size() < code.count) use(boxes[first + lane], pruned);
         }
@@ -99,7 +98,7 @@ Painting::Painting(ColorTape tape, const Cells& cells) : tape_(std::move(tape)) 
 
 std::uint32_t Painting::number_of(const LoweredCode& code, std::uint32_t first) {
     const std::size_t count = code.instructions.size();
-    for (auto number = static_cast<std::uint32_t>(parts_.size()); number-- > first;) {  // neighbours are often alike
+    for (auto number = static_cast<std::uint32_t>(parts_.size()); number-- > first;) {  // neighbours often have equal code
         const Part& part = parts_[number];
         if (part.count == count && part.results == code.results &&
             std::memcmp(instructions_.data() + part.first, code.instructions.data(), count * sizeof(Instruction)) == 0) {

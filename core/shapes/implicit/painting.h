@@ -13,19 +13,19 @@
 
 namespace bob {
 
-/// In the boxes of a grid, what is left of a colour's formula there: of many shapes each box needs few.
+/// The colour's formula, pruned for each box of a grid: a box needs few of many shapes.
 class Painting {
 public:
-    /// Of the formula in the unit sphere, in the boxes that have cells.
+    /// For the formula in the unit sphere, and boxes with cells.
     Painting(ColorTape tape, const Cells& cells);
 
-    /// Linear RGB, 0..1, at each point, which does not depend on the others; both may be in one place.
+    /// Linear RGB, 0..1, at each point, independent of the other points; input and output may share memory.
     void operator()(std::span<const Vec3> points, std::span<Vec3> colors) const;
 
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    /// Boxes along an axis: on two levels, as the cells have them.
+    /// Boxes along an axis, on the two levels of the cells.
     static constexpr int side = 16;
 
     struct Part {
@@ -33,7 +33,7 @@ private:
         int registers;
         std::array<int, 3> results;
     };
-    /// The number of a part that is as `code` is, added where there is none from the part `first` on.
+    /// The number of a part equal to `code`, from the part `first` on; added if it is new.
     std::uint32_t number_of(const LoweredCode& code, std::uint32_t first);
     [[nodiscard]] std::uint32_t part_at(Vec3 point) const;
 

@@ -1,4 +1,4 @@
-/// Rays through cells, in an order in which many of them look for roots by the same code at once.
+/// Rays through cells, ordered so that many of them search for roots with the same code together.
 #pragma once
 
 #include <algorithm>
@@ -20,18 +20,18 @@ namespace bob {
 /// Numbers of rays.
 using Rays = std::span<const std::uint32_t>;
 
-/// Rays that wait in cells, by the cells' code. Those of a code go on together: at once where they are many, else when
-/// no ray waits in a cell before theirs. So rays that come to a cell sooner wait for those that come later.
+/// Rays waiting in cells, grouped by the cells' code. A group continues as soon as it is large, or when no ray waits in an earlier
+/// cell. So early rays wait for later ones.
 class WaitingRays {
 public:
-    /// Of so many rays and codes, whoever waited before.
+    /// Empties the queue, and sets its capacity.
     void reset(std::size_t rays, std::uint32_t codes) {
-        if (left_) *this = {};  // where work was interrupted
+        if (left_) *this = {};  // after an interruption
         if (waiting_.size() < codes) waiting_.resize(codes);
         if (behind_.size() < rays) behind_.resize(rays);
     }
 
-    /// `place` is less for cells that rays come to sooner.
+    /// `place` is smaller for cells that rays reach earlier.
     void add(std::uint32_t ray, std::uint32_t code, std::uint32_t place) {
         Waiting& waiting = waiting_[code];
         if (waiting.count == 0 || place < waiting.place) {
@@ -44,8 +44,8 @@ public:
         if (++waiting.count == many) many_.push_back(code);
     }
 
-    /// Calls body(code, rays) for the codes whose turn it is, with all that wait for each, and prefetch(code) for each before
-    /// its turn; false where none waits.
+    /// Calls body(code, rays) for the next codes with all their waiting rays, and prefetch(code) before that. Returns false if no
+    /// ray waits.
     template <class Prefetch, class Body>
     bool next(Prefetch prefetch, Body body) {
         turn_.clear();
@@ -56,7 +56,7 @@ public:
                 const std::uint64_t top = foremost_.top();
                 foremost_.pop();
                 const Waiting& waiting = waiting_[code_of(top)];
-                // Else these rays have gone on, and perhaps others wait.
+                // Otherwise these rays have continued, and others may wait.
                 if (waiting.count && waiting.place == place_of(top)) turn_.push_back(code_of(top));
             }
         }

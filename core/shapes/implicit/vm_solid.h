@@ -1,4 +1,4 @@
-/// What a .vm file's formula is the solid of: such files do not say where to look.
+/// The solid of a .vm file's formula; such files have no bounds.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,13 @@ namespace bob {
 
 struct VmSolid {
     Expression formula;
-    std::optional<Bounds> bounds;  // nothing where the formula is positive everywhere
-    bool cut;                      // whether the formula would go on beyond the bounds
+    std::optional<Bounds> bounds;  // empty if the formula is positive everywhere
+    bool cut;                      // whether the formula extends beyond the bounds
 };
 
-/// A bounded formula is taken whole; one without bounds is cut by the cube from -1 to 1, which fidget views. A formula
+/// A bounded formula is kept whole; an unbounded one is cut by the cube from -1 to 1, as in fidget. A formula
 /// without z is flat: it becomes an extrusion of height 0.1 about z = 0, cut by the square from -1 to 1.
-/// Throws Stopped where it shall not go on.
+/// Throws Stopped if interrupted.
 [[nodiscard]] VmSolid vm_solid(const Expression& f);
 
 }  // namespace bob

@@ -33,11 +33,11 @@ struct WalkColumns {
     [[nodiscard]] F direction_of(int axis) const { return of[direction + axis] * scale; }
 
     void write_all() { store_rows<0>(of, rows, used); }
-    /// All but what stays as it is on the way.
+    /// Stores the columns that change along the walk.
     void write() { store_rows<lanes <= count - at ? at : 0>(of, rows, used); }
 };
 
-/// Some rays on their way, a lane each. Lengths are in finest cells.
+/// Walking rays, a lane each. Lengths are in finest cells.
 struct Walks {
     F origin[3], direction[3], inverse[3];
     M at[3], size_log2;
@@ -54,7 +54,7 @@ struct Walks {
     [[nodiscard]] M low(int axis) const { return at[axis] >> size_log2 << size_log2; }
     [[nodiscard]] M forward(int axis) const { return direction[axis] > F{}; }
 
-    /// Where each ray comes to the face of its cell along an axis.
+    /// Ray parameters at the exit faces of the cells along an axis.
     [[nodiscard]] F face(int axis) const {
         const M size = all(1) << size_log2;
         const F plane = to_floats(low(axis) + (forward(axis) & size));
@@ -63,7 +63,7 @@ struct Walks {
     }
     [[nodiscard]] F leave() const { return min(min(face(0), face(1)), face(2)); }
 
-    /// Crosses to the neighbours behind the faces that come first; a mask of those that are still in the grid.
+    /// Moves to the neighbours across the first faces; returns a mask of rays still in the grid.
     M cross(M moving) {
         const F t[3] = {face(0), face(1), face(2)};
         const F first = min(min(t[0], t[1]), t[2]);
@@ -84,7 +84,7 @@ struct Walks {
         return inside;
     }
 
-    /// What the tree holds where the rays are; `size_log2` becomes the size of it.
+    /// Tree entries at the rays; sets `size_log2` to their size.
     M look_up(const CellGrid& grid, M looking) {
         constexpr int top_size = 2 * CellGrid::levels - CellGrid::top_log2;
         const M place = (at[0] >> top_size) | (at[1] >> top_size) << CellGrid::top_log2 | (at[2] >> top_size) << 2 * CellGrid::top_log2;
@@ -105,7 +105,7 @@ struct Walks {
 };
 
 void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks) {
-    constexpr std::size_t at_once = 64;  // what was written lies in the cache, but is no longer on its way there
+    constexpr std::size_t at_once = 64;  // few enough to stay in the cache, and the first writes have left the store buffer
     for (std::size_t first = 0; first < count; first += at_once) {
         const std::size_t last = count - first < at_once ? count : first + at_once;
         for (std::size_t i = first; i < last; ++i) {
@@ -146,7 +146,7 @@ void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, in
     Walks rays(columns);
     M moving = ((M)columns[WalkColumns::cell] != all(static_cast<std::int32_t>(Walk::none))) & first_lanes(count);
     M arrived{}, cell{};
-    // Out of the present cell first, where there is one.
+    // First out of the current cell, if there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
     if (bits(beyond)) moving = beyond ? rays.cross(beyond) : moving;
     while (bits(moving)) {

@@ -1,9 +1,9 @@
 """Readers in separate processes.
 
 Libraries written in C++ can crash on a damaged file, print unwanted output, and ignore Ctrl-C until they are done. In a
-separate process a crash takes nothing else down, the output is discarded, and Ctrl-C ends the reader. Under Linux the
-process never outlives its parent, and has limits of memory and time in proportion to the file, beside the parent's own:
-a damaged count could have a library fill all of the memory, or count for years.
+separate process a crash is contained, output is discarded, and Ctrl-C ends the reader. On Linux the process never
+outlives its parent, and has limits of memory and time in proportion to the file, in addition to the parent's: a damaged
+count could fill all memory, or take years.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from typing import Any
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.machine import limit_memory, limit_processor, limits, set_limits, was_too_slow
 
-# Not multiprocessing, which would run the user's script a second time where it has no `if __name__ == "__main__"`.
-# Isolated (-I), so that only the parent's path decides what is imported.
+# Not multiprocessing, which would rerun a user's script without `if __name__ == "__main__"`.
+# Isolated (-I), so only the parent's path is searched for imports.
 COMMAND = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from bobrossnet.adapters import apart; apart._answer()"
 )
 
 PR_SET_PDEATHSIG = 1  # of Linux's prctl
 
-# What reading a file may cost, in bytes and seconds of the processor. Real files take 40 MB and some ten bytes a byte,
-# and up to 2 microseconds a byte.
+# Maximum memory in bytes and CPU time in seconds of reading a file. Real files need 40 MB plus some ten bytes per byte,
+# and up to 2 microseconds per byte.
 SPARE_MEMORY, MEMORY_PER_BYTE = 2**28, 64
 SPARE_SECONDS, SECONDS_PER_BYTE = 10.0, 5e-5
 
@@ -41,12 +41,12 @@ _is_apart = False
 
 
 def check_library(module: str, name: str, file: Path) -> None:
-    """Refuse a file whose reader, a library of that name, can't run here.
+    """Check that a library can read a file here.
 
     Raises
     ------
     InputError
-        If there is no such module, or the system starts no processes.
+        If the module is missing, or the system can't start processes.
     """
     reading = f"reading {file.suffix.lower()} files needs"
     if sys.platform == "emscripten":
@@ -58,14 +58,14 @@ def check_library(module: str, name: str, file: Path) -> None:
 
 
 def call_apart(module: str, function: str, *arguments: str) -> Any:
-    """What `function` of `module` returns for these arguments in a new process; it must be picklable.
+    """Call `function` of `module` in a new process; its result must be picklable.
 
     Raises
     ------
     InputError
-        The function's own, or one that says that it crashed or exceeded its time.
+        The function's own, or one that reports a crash or a timeout.
     RuntimeError
-        With the type and the text of any other exception of the function.
+        With the type and text of any other exception of the function.
     """
     if _is_apart:
         try:
@@ -83,7 +83,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
         function,
         *arguments,
     ]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # which start with numpy, and are of no use to readers
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # threads that start with numpy are useless to readers
     done = subprocess.run(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )
@@ -101,9 +101,9 @@ _inherited = cache(limits)
 
 
 def limit(size: int) -> None:
-    """Have this process, in which files of `size` bytes are about to be read, stop at what these may cost.
+    """Limit this process to the cost of reading files of `size` bytes.
 
-    It may find more of them and say so: the last word counts, but no limit exceeds those that the process began with.
+    Later calls may raise the limits for further files, up to those at the start of the process.
     """
     _lift_limits()
     limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * size)
@@ -115,8 +115,7 @@ def _lift_limits() -> None:
 
 
 def be_apart() -> None:
-    """Declare this process, which exists to read files, to be one that may crash: its readers need no other, and what
-    libraries print is discarded."""
+    """Mark this process as a reader that may crash: readers run in it, and output of libraries is discarded."""
     global _is_apart
     _is_apart = True
     _inherited()
@@ -126,7 +125,7 @@ def be_apart() -> None:
 
 
 def _answer() -> None:
-    """The child's side: arguments come in `sys.argv`, the answer goes to what was stdout before it was silenced."""
+    """Run in the child: arguments are in `sys.argv`, and the result goes to the original stdout."""
     parent, module, function, *arguments = sys.argv[2:]
     _die_with(int(parent))
     answer = os.fdopen(os.dup(1), "wb")
@@ -138,18 +137,17 @@ def _answer() -> None:
         result = getattr(importlib.import_module(module), function)(*arguments)
     except (InputError, MemoryError, RecursionError) as raised:
         error = raised
-    except Exception as raised:  # of a library that the parent need not have
+    except Exception as raised:  # its type may be unknown to the parent
         error = RuntimeError(f"{type(raised).__name__}: {raised}")
     with answer:
         pickle.dump((result, error), answer, protocol=pickle.HIGHEST_PROTOCOL)
-    os._exit(0)  # the library may crash during its clean-up, too
+    os._exit(0)  # the library may crash during its cleanup, too
 
 
 def _die_with(parent: int) -> None:
-    """Have the system kill this process when its parent is gone: a reader holds the interpreter's lock for seconds, so
-    no thread could watch for that."""
+    """Have the system kill this process with its parent: a reader holds the GIL for seconds, so no thread can watch."""
     if sys.platform != "linux":
         return
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # gone before
+    if os.getppid() != parent:  # the parent has already ended
         os._exit(1)

@@ -1,7 +1,7 @@
-"""Files that belong to a model: which of those that it names may be read.
+"""Files named by a model, and which of them may be read.
 
-A model can come from a stranger, and what is read for it goes into scenes and pages that are passed on. So a name leads
-only to regular files in the model's own folder and below it, wherever links point.
+Models may be untrusted, and their files go into scenes and pages that are passed on. So a name can only lead to regular
+files in the model's folder and below it, wherever links point.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ from bobrossnet.support.paths import MAX_BYTES
 
 
 def find_beside(model: Path, name: str) -> str:
-    """The real path of a file that a model names.
+    """Resolve the path of a file named by a model.
 
     Raises
     ------
     InputError
-        If the name leads out of the model's folder, to anything but a regular file, or nowhere.
+        If the name leads out of the model's folder, to no file, or to anything but a regular file.
     """
     path = PurePath(name)
     try:
-        # Judged before the disk is asked: of //server/name, Windows would ask that server, and log in there.
-        # A backslash is part of a name here, but to OpenCascade it separates folders.
+        # Checked before any access: for //server/name, Windows would contact that server and log in.
+        # A backslash is part of a name here, but a separator of folders in OpenCascade.
         if not path.anchor and ".." not in path.parts and "\\" not in name:
             folder = os.path.realpath(model.parent)
             target = os.path.realpath(os.path.join(folder, name))
             if os.path.commonpath([folder, target]) == folder and os.path.isfile(target):
                 return target
-    except (OSError, ValueError):  # no permission, a name too long, a NUL in it
+    except (OSError, ValueError):  # no permission, a name too long, a NUL
         pass
     raise InputError(f"expected its data in a file in or below its folder, found no such file: {name[:100]}")
 
 
 class Beside:
-    """Reads the files that a model names.
+    """Reads files named by a model.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ class Beside:
         self.left = MAX_BYTES
 
     def read(self, name: str) -> bytes:
-        """What a file holds.
+        """Read a file.
 
         Raises
         ------
         InputError
-            If it can't be found, or if the files of the model are larger than `MAX_BYTES` together.
+            If it is missing, or if the files of the model exceed `MAX_BYTES` together.
         """
         target = find_beside(self.model, name)
         try:
@@ -62,13 +62,13 @@ class Beside:
                 self.left -= size
                 if self.left < 0:
                     raise InputError(
-                        f"expected files of at most {MAX_BYTES:,} bytes beside it, got more in {name[:100]}"
+                        f"expected files of at most {MAX_BYTES:,} bytes next to it, got more in {name[:100]}"
                     )
-                return file.read(size)  # which is nothing of a pipe, and of what the system makes up in /proc
+                return file.read(size)  # empty for a pipe and for files in /proc
         except OSError as error:
             raise InputError(f"expected its data in {name[:100]}, can't read it: {error.strerror}") from error
 
 
 def _opened(path: str, flags: int) -> int:
-    """Open a file without a wait for whoever writes to it, should it have become a pipe or a link in the meantime."""
+    """Open a file without blocking, even if it has become a pipe or a link in the meantime."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0))

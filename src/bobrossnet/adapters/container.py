@@ -1,6 +1,6 @@
 """Scene files, .bob: all shapes, places and materials of a scene in one file that shows the same picture everywhere.
 
-A safetensors file; CONVENTIONS.md has its fields. Equal scenes make equal files.
+A safetensors file; docs/reference/scene-files.md has its fields. Equal scenes make equal files.
 """
 
 from __future__ import annotations

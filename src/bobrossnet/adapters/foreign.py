@@ -13,12 +13,12 @@ from bobrossnet.tracing.scene import SceneLike
 
 
 def is_foreign(value: Any) -> bool:
-    """Whether it is a mesh with `vertices` and `faces`, or a scene with a `geometry` and a `graph`."""
+    """Whether a value is a mesh with `vertices` and `faces`, or a scene with `geometry` and `graph`."""
     return _is_mesh(value) or (hasattr(value, "geometry") and hasattr(value, "graph"))
 
 
 def shapes_of(value: Any) -> SceneLike:
-    """The shapes of such a value, with its colours and textures."""
+    """Return the shapes of a mesh or scene, with colours and textures."""
     return _mesh(value) if _is_mesh(value) else _instances(value)
 
 
@@ -38,18 +38,18 @@ def _mesh(mesh: Any) -> Mesh:
         material = visual.material
         image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
         if image is not None:
-            # trimesh measures v from the bottom.
+            # trimesh's v starts at the bottom.
             surface = {"uv": np.asarray(visual.uv) * (1, -1) + (0, 1), "texture": np.asarray(image.convert("RGB"))}
     return Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), **surface)
 
 
 def _linear(colors: Any) -> Any:
-    """Linear RGB of (n, 4) uint8, sRGB."""
+    """Return linear RGB of (n, 4) uint8 sRGB."""
     return from_srgb(np.asarray(colors)[:, :3] / 255)
 
 
 def _instances(scene: Any) -> list[Instance]:
-    """trimesh's placed meshes; one mesh in several places is stored once."""
+    """Return trimesh's placed meshes; a repeated mesh is stored once."""
     placed = [(str(node), *scene.graph.get(node)) for node in scene.graph.nodes_geometry]
     meshes = {name: _mesh(mesh) for name, mesh in scene.geometry.items() if _is_mesh(mesh)}
     return [Instance(meshes[mesh], matrix, name=node) for node, matrix, mesh in placed if mesh in meshes]

@@ -19,21 +19,21 @@ WORDS: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
 
 
 def read_geomdl(file: Path) -> list[Instance]:
-    """The surfaces of a file: faces of one Brep, or of one for each name that they have.
+    """Read the surfaces of a file: faces of one Brep, or of one Brep per name.
 
-    Control points are Euclidean, the index along v runs fastest. Trims are in the parameters of the file's knots. As in
-    geomdl, what a trim goes around is cut away, or all else if it is `reversed`. Surfaces that are `trimmed`, but
-    without trims in the file, are shown whole.
+    Control points are Euclidean; v varies fastest. Trims are in the parameters of the file's knots. As in geomdl, the
+    inside of a trim is cut away, or the outside if it is `reversed`. Surfaces that are `trimmed` but have no trims in
+    the file are shown whole.
 
     Raises
     ------
     InputError
-        If it holds curves or volumes, a field is missing, or a surface is invalid.
+        If the file has curves or volumes, a field is missing, or a surface is invalid.
 
     Warns
     -----
     InputWarning
-        How many surfaces lack their trims.
+        If surfaces lack their trims, with their number.
     """
     shape = _get(read_json(file.read_bytes()), "shape", dict)
     kind, data = _get(shape, "type", str), _get(shape, "data", list)
@@ -75,7 +75,7 @@ def _face(surface: Any) -> Face:
 
 
 def _loops(surface: Any, knots_u: NDArray[np.float64], knots_v: NDArray[np.float64]) -> list[Any]:
-    """The loops, of which an odd number goes around whatever is kept."""
+    """Return loops; an odd number of them encloses each kept point."""
     if not surface.get("trims"):
         return []
     loops = []
@@ -90,7 +90,7 @@ def _loops(surface: Any, knots_u: NDArray[np.float64], knots_v: NDArray[np.float
         loops.append(loop)
         keeps_inside |= bool(trim.get("reversed"))
     if loops and not keeps_inside:
-        # Holes need something around them: wider than the surface, or rounding would decide at its border.
+        # Holes need an outer loop, wider than the surface, so that rounding does not matter at its border.
         (u0, u1), (v0, v1) = (_widened(knots[0], knots[-1]) for knots in (knots_u, knots_v))
         loops.append([np.array([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])])
     return loops
@@ -114,7 +114,7 @@ def _curve(piece: Any) -> NDArray[np.float64] | TrimCurve:
 
 
 def _control_points(spline: Any, count: int, dimension: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Control points (count, dimension), and weights (count,) where these are not all 1."""
+    """Return control points (count, dimension), and weights (count,) unless all are 1."""
     fields = _get(spline, "control_points", dict)
     points = check_array("points", numbers("points", _get(fields, "points", list)), (count, dimension))
     weights = check_array("weights", numbers("weights", fields.get("weights", [1] * count)), (count,))
@@ -122,14 +122,14 @@ def _control_points(spline: Any, count: int, dimension: int) -> tuple[NDArray[np
 
 
 def _knots(spline: Any, axis: str, count: int) -> NDArray[np.float64]:
-    """The knots of `count` control points, whose number says the degree again."""
+    """Return the knots of `count` control points, and check the degree against their number."""
     degree = check_integer(f"degree{axis}", _get(spline, f"degree{axis}"), 1, MAX_DEGREE)
     name = f"knotvector{axis}"
     return check_array(name, numbers(name, _get(spline, name, list)), (count + degree + 1,))
 
 
 def _get(value: Any, name: str, kind: type = object) -> Any:
-    """A field of an object, of one of JSON's types."""
+    """Return a field of an object, of a given JSON type."""
     if not isinstance(value, dict):
         raise InputTypeError(f"expected an object with {name}, got {type(value).__name__}")
     if name not in value:

@@ -1,4 +1,4 @@
-"""JSON, with a line that says where a text is something else."""
+"""JSON, with errors of one line that name the place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bobrossnet.support.errors import InputError, InputTypeError
 
 
 def _itself(value: dict[str, Any]) -> dict[str, Any]:
-    """Python's own code, in which Ctrl-C is noticed; json has none while it reads a text."""
+    """The decoder in Python, which Ctrl-C interrupts; the one in C can't be interrupted."""
     return value
 
 
@@ -21,7 +21,7 @@ def _refuse(word: str) -> NoReturn:
 
 
 def read_json(text: str | bytes) -> Any:
-    """What a text holds.
+    """Decode a text.
 
     Raises
     ------
@@ -35,17 +35,17 @@ def read_json(text: str | bytes) -> Any:
         raise InputError(f"expected JSON, got something else at {where} ({error.msg})") from error
     except (UnicodeDecodeError, InputError):
         raise
-    except ValueError as error:  # of integers with thousands of digits
+    except ValueError as error:  # for integers with thousands of digits
         raise InputError("expected JSON of ordinary numbers, got one of thousands of digits") from error
 
 
 def numbers(name: str, value: Any) -> NDArray[np.float64]:
-    """Lists of numbers, or lists of lists of them, as an array.
+    """Return nested lists of numbers as an array.
 
     Raises
     ------
     InputTypeError
-        Unless all are numbers: neither true nor "1", both of which numpy would take for 1.
+        If a value is not a number; numpy would accept true and "1" as 1.
     """
     try:
         items = np.array(value, dtype=object)

@@ -25,38 +25,38 @@ from bobrossnet.support.errors import InputError, InputTypeError, check_integer
 F32 = NDArray[np.float32]
 
 PATHS_PER_CALL = 2**15
-"""About so many light paths at once: of fewer, Dr.Jit's kernels are not worth their start; of more, frames are late."""
+"""Light paths per call: with fewer, launching Dr.Jit's kernels dominates; with more, frames are late."""
 
 GUIDE_RAYS = 3
-"""So many by so many, evenly spread over each pixel. Guides are their mean, and so as smooth along edges as the picture
-is: SSIM at 5 % of the pixels of an interior is 0.973, 0.976 and 0.978 with 2, 3 and 4; 0.967 with 4 rays at random."""
+"""Side of the grid of guide rays in each pixel; guides are their mean, as smooth at edges as the picture.
+
+SSIM at 5 % of the pixels of an interior: 0.973, 0.976 and 0.978 with 2, 3 and 4; 0.967 with 4 random rays."""
 
 WAVELENGTHS = (430, 460, 490, 520, 550, 580, 610, 640)
-"""In nm, at which spectral variants are asked for albedo: the same for all rays, as otherwise it would be as noisy as
-light. Four at once."""
+"""Wavelengths in nm for the albedo of spectral variants, four per query. Random ones would add noise."""
 
 OLDEST_LLVM = 17
-"""With 14 to 16, Dr.Jit 1.5 ends the process as it compiles."""
+"""Dr.Jit 1.5 crashes while compiling with LLVM 14 to 16."""
 
 
 def tracer(scene: Any, sensor: int = 0, spp: int = 16, *, seed: int = 0) -> MitsubaTracer:
-    """A scene of Mitsuba's, seen by one of its sensors, as a tracer for `progressive`.
+    """Make a tracer for `progressive` from a Mitsuba scene and one of its sensors.
 
     Parameters
     ----------
     scene : mitsuba.Scene
-        Of any variant; the scene's own integrator is used.
+        A scene of any variant; its own integrator is used.
     sensor : int
-        Which of the scene's sensors: any that Mitsuba has.
+        Index of the scene's sensor; any type of sensor.
     spp : int
-        Light paths of each pixel, uniform over it: the film's reconstruction filter is not used.
+        Light paths per pixel, uniform over the pixel; the film's reconstruction filter is ignored.
     seed : int, 0..2**32 - 1
 
     Raises
     ------
     InputError
-        If mitsuba is not installed, or its variant needs an LLVM that is not there; if `scene` is no scene of its, has
-        no such sensor, or an integrator that starts at lamps; or if `spp` or `seed` is out of range.
+        If mitsuba or the LLVM of its variant is not installed; if `scene` is not a scene of this variant, has no such
+        sensor, or an integrator that starts at lamps; or if `spp` or `seed` is out of range.
     """
     mi = _mitsuba()
     if not isinstance(scene, mi.Scene):
@@ -73,10 +73,10 @@ def tracer(scene: Any, sensor: int = 0, spp: int = 16, *, seed: int = 0) -> Mits
 
 
 class MitsubaTracer:
-    """What `tracer` returns: colours in linear RGB of any range, with their variance where `samples_per_pixel` is at
-    least 2.
+    """A tracer of a Mitsuba scene, made by `tracer`.
 
-    Call it with `batch` pixels: Dr.Jit compiles anew, a quarter of a second, for each other number.
+    Colours are linear RGB of any range, with their variance if `samples_per_pixel` is at least 2. Call it with `batch`
+    pixels: for any other number, Dr.Jit compiles for a quarter of a second.
     """
 
     def __init__(self, scene: Any, sensor: int, spp: int, seed: int) -> None:
@@ -89,11 +89,11 @@ class MitsubaTracer:
         self._sampler = _mitsuba().load_dict({"type": "independent"})
         self._integrator = scene.integrator()
         matrix = np.array(self._sensor.world_transform().matrix, np.float64).reshape(4, 4)[:3, :3]
-        self._axes = (matrix / np.linalg.norm(matrix, axis=0)).T[:2]  # of the camera, to its left and up
+        self._axes = (matrix / np.linalg.norm(matrix, axis=0)).T[:2]  # the camera's left and up directions
         self._guides: Guides | None = None
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        """Trace `samples_per_pixel` paths of each pixel, others each time."""
+        """Trace `samples_per_pixel` new paths per pixel."""
         n = self.samples_per_pixel
         color = self._gather(pixels, np.zeros((n, 2)), self._light)  # (n, spp, 3)
         mean = np.maximum(color.mean(axis=1), 0)  # spectra may be more saturated than the primaries
@@ -104,7 +104,7 @@ class MitsubaTracer:
         return Samples(color=mean, hit=hit, variance=variance, **geometry)
 
     def guides(self) -> Guides:
-        """First hits of all pixels, means of a few rays: distances, normals, and albedos, 1 of what is not diffuse."""
+        """Return first hits of all pixels, means of a few rays: distances, normals, and albedos, 1 if not diffuse."""
         if self._guides is None:
             pixels = np.argwhere(np.ones(self.size)).astype(np.int32)
             sums = np.zeros((len(pixels), 7), np.float32)
@@ -121,8 +121,9 @@ class MitsubaTracer:
         return self._guides
 
     def _gather(self, pixels: NDArray[np.int32], inside: NDArray[Any], along: Callable[..., Sequence[Any]]) -> F32:
-        """What is found from each of the places, (count, 2) rows and columns, inside of each pixel:
-        (n, count, numbers)."""
+        """Evaluate a function at each of the places, (count, 2) rows and columns within a pixel, of each pixel.
+
+        Returns (n, count, numbers)."""
         mi = _mitsuba()
         self._calls += 1
         seed = (self._seed + 0x9E3779B9 * self._calls) % 2**32
@@ -134,13 +135,13 @@ class MitsubaTracer:
         else:
             self._sampler.seed(seed, len(x))
             columns = along(mi, mi.Float(np.ascontiguousarray(x)), mi.Float(np.ascontiguousarray(y)))
-            _drjit().eval(*columns)  # together: each on its own would trace all rays again
+            _drjit().eval(*columns)  # together, since each alone would trace all rays again
             arrays = [np.broadcast_to(np.array(column, np.float32).ravel(), len(x)) for column in columns]
             found = np.stack(arrays, axis=-1)
         return found.reshape(len(pixels), len(inside), -1)
 
     def _ray(self, mi: Any, x: Any, y: Any) -> tuple[Any, Any]:
-        """A ray through a place in the picture, in pixels, and what its light counts."""
+        """Return a ray through a position in the picture, in pixels, and its weight."""
         height, width = self.size
         time = self._sensor.shutter_open() + self._sensor.shutter_open_time() * self._sampler.next_1d()
         color, aperture = self._sampler.next_1d(), self._sampler.next_2d()
@@ -148,7 +149,7 @@ class MitsubaTracer:
         return ray, weight
 
     def _light(self, mi: Any, x: Any, y: Any) -> Sequence[Any]:
-        """Red, green and blue of one path through a pixel."""
+        """Return red, green and blue of one path through a pixel."""
         inside = self._sampler.next_2d()
         ray, weight = self._ray(mi, x + inside.x, y + inside.y)
         light = self._along(mi, ray)
@@ -158,8 +159,8 @@ class MitsubaTracer:
         return [light[0]] * 3 if mi.is_monochromatic else [light[0], light[1], light[2]]
 
     def _along(self, mi: Any, ray: Any) -> Any:
-        """Radiance along a ray from the sensor, which may be in a medium."""
-        if not isinstance(self._integrator, mi.CppADIntegrator):  # those in Python have other arguments
+        """Return radiance along a ray from the sensor, which may be in a medium."""
+        if not isinstance(self._integrator, mi.CppADIntegrator):  # integrators in Python have other arguments
             return self._integrator.sample(self._scene, self._sampler, ray, self._sensor.get_medium(), True)[0]
         return self._integrator.sample(
             mode=_drjit().ADMode.Primal,
@@ -174,16 +175,16 @@ class MitsubaTracer:
         )[0]
 
     def _first_hit(self, mi: Any, x: Any, y: Any) -> Sequence[Any]:
-        """Whether one ray hits; how far it goes and the normal on screen, 0 where it does not; and the albedo."""
+        """Return hit, distance and screen-space normal of one ray, 0 for a miss, and the albedo."""
         ray, _ = self._ray(mi, x, y)
         found = self._scene.ray_intersect(ray)
         hit = found.is_valid()
-        if hit is False:  # of a scalar variant, which can't ask what is not there
+        if hit is False:  # in scalar variants, a miss has no BSDF to query
             return [0, 0, 0, 0, 1, 1, 1]
         bsdf, normal = found.bsdf(ray), found.sh_frame.n
         rgb = _diffuse_reflectance(mi, bsdf, found, hit)
-        # Light is not divided by what is black, or reflects or transmits without being diffuse; nor is that of lamps,
-        # which have no normal either: so they are unlike whatever is beside them.
+        # Light of black or non-diffuse surfaces and of lamps is not demodulated. Lamps have no normal, so they differ
+        # from all neighbours.
         shines = found.emitter(self._scene) != None  # noqa: E711  in most variants it is an array of pointers
         is_diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse) & (rgb[0] + rgb[1] + rgb[2] > 0)
         dull, zero = _select(shines, False, True), found.t * 0
@@ -196,7 +197,7 @@ class MitsubaTracer:
 
 
 def _diffuse_reflectance(mi: Any, bsdf: Any, found: Any, hit: Any) -> Sequence[Any]:
-    """Red, green and blue, of a spectrum under even light."""
+    """Return red, green and blue of a spectrum under an equal-energy illuminant."""
     if not mi.is_spectral:
         color = mi.unpolarized_spectrum(bsdf.eval_diffuse_reflectance(found, hit))
         return [color[0]] * 3 if mi.is_monochromatic else [color[0], color[1], color[2]]
@@ -212,7 +213,7 @@ def _diffuse_reflectance(mi: Any, bsdf: Any, found: Any, hit: Any) -> Sequence[A
 
 
 def _select(mask: Any, here: Any, there: Any) -> Any:
-    """One or the other, of numbers or of Dr.Jit's arrays."""
+    """Select between numbers or Dr.Jit's arrays."""
     return _drjit().select(mask, here, there)
 
 
@@ -223,7 +224,7 @@ def _drjit() -> Any:
 
 
 def _mitsuba() -> Any:
-    """The module, with a variant whose compiler is there."""
+    """Import mitsuba, and check its variant and compiler."""
     try:
         import drjit
         import mitsuba as mi

@@ -1,4 +1,4 @@
-"""Intel's Open Image Denoise, for pictures of which every pixel was traced with noise. Needs the extra `oidn`.
+"""Intel's Open Image Denoise, for pictures with every pixel traced and noisy. Needs the extra `oidn`.
 
 from bobrossnet.adapters import oidn
 
@@ -22,20 +22,20 @@ F32 = NDArray[np.float32]
 
 
 def denoise(picture: GBuffer | Any, guides: Guides | None = None) -> F32:
-    """What a noisy picture would show without its noise.
+    """Denoise a picture.
 
     Parameters
     ----------
     picture : GBuffer with every pixel traced, or (H, W, 3) numbers of at least 0
         Linear RGB of any range.
     guides : Guides, optional
-        What is known of the first surfaces without noise: albedo and normals are followed. By default those of the
-        G-buffer; where it has none, its own albedo and normals, each of one ray and thus rough along edges.
+        Noise-free albedo and normals; by default the G-buffer's guides. Without guides, the G-buffer's own albedo and
+        normals are used; with one ray per pixel, they are aliased at edges.
 
     Returns
     -------
-    (H, W, 3) float32, linear RGB of at least 0, in the range of the picture
-        All pixels are changed, those that were traced exactly as well.
+    (H, W, 3) float32, linear RGB >= 0, in the range of the picture
+        All pixels change, even exact ones.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def denoise(picture: GBuffer | Any, guides: Guides | None = None) -> F32:
 
     References
     ----------
-    Áfra, "Intel Open Image Denoise", https://www.openimagedenoise.org: its filter RT of HDR colours.
+    Áfra, "Intel Open Image Denoise", https://www.openimagedenoise.org: filter RT for HDR colours.
     """
     pyoidn = _pyoidn()
     known: GBuffer | Guides | None

@@ -1,8 +1,8 @@
 """Trims of breps, out of an openNURBS archive.
 
-rhino3dm 8.35 has the loops and trims of a face, but not the curves in the surface's parameters that they run along.
-The archive that it makes of a brep holds them: a tree of chunks, each a type code, a length and as many bytes, laid out
-as the openNURBS toolkit writes it (opennurbs_brep_io.cpp). It is split here, and each curve handed back to rhino3dm.
+rhino3dm 8.35 returns the loops and trims of a face, but not their curves in the surface's parameters. Its archive of a
+brep contains them: a tree of chunks, each a type code, a length and the bytes, in the layout of the openNURBS toolkit
+(opennurbs_brep_io.cpp). This module splits the archive, and rhino3dm decodes each curve.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ ENDS_WITH_CRC = 0x8000
 FIRST_VERSION_OF_LONG_CHUNKS = 50
 
 OUTER, INNER = 1, 2
-"""Types of loops that bound a face. Slits enclose nothing; curves and points on a surface only lie there."""
+"""Types of loops that bound a face; slits, curves and points on a surface do not."""
 
 
 class Trim(NamedTuple):
-    """A stretch of a curve in (u, v), perhaps run backwards."""
+    """An interval of a curve in (u, v), perhaps reversed."""
 
     curve: int
     start: float
@@ -36,16 +36,16 @@ class Trim(NamedTuple):
 
 
 def brep_loops(brep: Any) -> list[list[list[Any]]]:
-    """The curves that bound each face of a rhino3dm brep.
+    """Return the curves that bound each face of a rhino3dm brep.
 
     Returns
     -------
-    For each face its loops, for each loop the rhino3dm curves in the surface's (u, v), end to end.
+    A list per face of lists per loop of rhino3dm curves in the surface's (u, v), end to end.
 
     Raises
     ------
     InputError
-        If the archive is not laid out as known, or a part of it misses another.
+        If the archive has an unknown layout or a dangling index.
     """
     try:
         return _brep_loops(brep)
@@ -92,7 +92,7 @@ def _brep_loops(brep: Any) -> list[list[list[Any]]]:
 
 
 class _Chunk:
-    """The bytes of a chunk, read from its start on; whatever reaches past its end raises struct.error."""
+    """A cursor in the bytes of a chunk; reading past its end raises struct.error."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
@@ -104,7 +104,7 @@ class _Chunk:
         return values
 
     def chunk(self, expected: int) -> _Chunk:
-        """The chunk that begins here, which ends before the one that is read next."""
+        """Enter the chunk that begins here; its end is the start of the next one."""
         code, length = self.take("Iq")
         if code != expected:
             raise InputError(f"expected chunk {expected:#x}, got {code:#x}")
@@ -112,30 +112,30 @@ class _Chunk:
         return _Chunk(content[:-4] if code & ENDS_WITH_CRC else content)
 
     def bytes_of_chunk(self, expected: int) -> bytes:
-        """The chunk that begins here, with its code and length."""
+        """Return the chunk that begins here, with its code and length."""
         start = self.at
         self.chunk(expected)
         return self.data[start : self.at]
 
     def indices(self) -> tuple[int, ...]:
-        """A list of integers, after their number."""
+        """Return a list of integers, stored after their count."""
         return self.take(f"{self.take('i')[0]}i")
 
     def table(self) -> range:
-        """The numbers of the rows of a table, of which this is the chunk."""
+        """Return the indices of the rows of a table's chunk."""
         _check_version(self, 1)
         return range(self.take("i")[0])
 
 
 def _check_version(chunk: _Chunk, major: int) -> None:
-    """Refuse other major versions; minor ones append to what is there."""
+    """Refuse other major versions; minor versions only append fields."""
     (version,) = chunk.take("B")
     if version >> 4 != major:
         raise InputError(f"expected version {major}, got {version >> 4}")
 
 
 def _index(value: int) -> int:
-    """An index, of which -1 means that there is none."""
+    """Return an index; -1 means a missing item."""
     if value < 0:
         raise InputError(f"expected an index, got {value}")
     return value
@@ -148,7 +148,7 @@ def _curves(chunk: _Chunk) -> list[bytes]:
 def _trims(chunk: _Chunk) -> list[Trim]:
     trims = []
     for _ in chunk.table():
-        # Passed over: its own index; edge, vertices, direction, types, loop, tolerances and domain; what is old.
+        # Skipped: its own index; edge, vertices, direction, types, loop, tolerances, domain, obsolete fields.
         _, curve, start, end = chunk.take("2i2d")
         chunk.take("7i4d")
         (backwards,) = chunk.take("?31x")
@@ -158,7 +158,7 @@ def _trims(chunk: _Chunk) -> list[Trim]:
 
 
 def _loops(chunk: _Chunk) -> list[tuple[int, tuple[int, ...]]]:
-    """Type and trims of each loop."""
+    """Return type and trims of each loop."""
     loops = []
     for _ in chunk.table():
         chunk.take("i")
@@ -169,7 +169,7 @@ def _loops(chunk: _Chunk) -> list[tuple[int, tuple[int, ...]]]:
 
 
 def _faces(chunk: _Chunk) -> list[tuple[int, ...]]:
-    """Loops of each face."""
+    """Return the loops of each face."""
     faces = []
     for _ in chunk.table():
         chunk.take("i")

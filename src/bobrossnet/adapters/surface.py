@@ -1,4 +1,4 @@
-"""Surfaces: what the meshes of a file look like, and the pictures that are laid on them."""
+"""Surfaces of mesh files: materials and textures."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MAX_TEXELS = 1 << 26
-"""Of one texture: 8,192 x 8,192, 0.2 GB."""
+"""Maximum size of one texture: 8,192 x 8,192 texels, 0.2 GB."""
 
 MAX_FILE_TEXELS = 1 << 27
-"""Of all pictures of a file, each counted once: 8 x 4,096 x 4,096, about 1 GB."""
+"""Maximum size of all pictures of a file, each counted once: 8 x 4,096 x 4,096 texels, about 1 GB."""
 
 TOO_LARGE = "expected a picture of at most {:,} texels, got more"
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
-"""Of textures: what browsers read as well."""
+"""File formats of textures, the same as in browsers."""
 
 
 class Texture(NamedTuple):
@@ -40,51 +40,50 @@ class Texture(NamedTuple):
 
     @property
     def half(self) -> float | None:
-        """The cutoff for what is transparent by degrees: half, so that a ray meets what is seen most. None where
-        nothing is more opaque, as of glass, which is shown as if it were."""
+        """The cutoff of a translucent picture: half, so a ray meets the more visible surface. None if all of it is less
+        opaque, like glass; it is then shown as opaque."""
         return 0.5 if self.picture.alpha is not None and self.picture.max_alpha >= 128 else None
 
 
 class Surface(NamedTuple):
-    """A material as files have them: what it reflects, and the picture that is laid on it."""
+    """A material of a file, and its texture."""
 
     material: Material = WHITE
     texture: Texture | None = None
     name: str | None = None
     alpha_cutoff: float | None = None
-    """Where alpha is below it, there is no surface; None where alpha does not matter."""
+    """There is no surface where alpha is below it; None if alpha is ignored."""
 
     @property
     def look(self) -> tuple[Any, ...]:
-        """Equal where surfaces look alike."""
+        """A key, equal for surfaces of equal appearance."""
         picture, wrap = self.texture or (None, None)
         return self.material, picture and id(picture), wrap, self.alpha_cutoff
 
     @property
     def picture(self) -> Picture | None:
-        """The one that is seen, without an alpha that does not matter."""
+        """The visible texture, without an ignored alpha."""
         picture = self.texture and self.texture.picture
         return picture.opaque if picture and self.alpha_cutoff is None else picture
 
 
 class Pictures(dict[bytes, Picture | InputError]):
-    """The pictures of a file by the SHA-256 of their contents: each is decoded once, whatever it is called."""
+    """The pictures of a file by the SHA-256 of their contents; each is decoded once, even under several names."""
 
     def __init__(self) -> None:
         super().__init__()
         self.texels = 0
         self.means: dict[bytes, tuple[float, float, float]] = {}
         self.shown: dict[int, list[Picture]] = {}
-        """With their alpha, without it, or both, by the `id` of their texels."""
+        """Whether pictures are used with alpha, without it, or both, by the `id` of their texels."""
 
     def decoded(self, data: bytes) -> Picture:
-        """The texels of a picture's file.
+        """Decode a picture's file.
 
         Raises
         ------
         InputError
-            If it is none that can be read, larger than `MAX_TEXELS`, or if with the others `MAX_FILE_TEXELS` are
-            exceeded.
+            If it is unreadable or larger than `MAX_TEXELS`, or if all pictures together exceed `MAX_FILE_TEXELS`.
         """
         key = hashlib.sha256(data).digest()
         if key not in self:
@@ -98,35 +97,35 @@ class Pictures(dict[bytes, Picture | InputError]):
         return found
 
     def mean(self, data: bytes) -> tuple[float, float, float]:
-        """The mean of a picture's red, green and blue, 0..1; it is not kept.
+        """Return the mean of a picture's red, green and blue, 0..1, without keeping the picture.
 
         Raises
         ------
         InputError
-            As from `decoded`, but it is not counted with the others.
+            As `decoded`, but it does not count towards `MAX_FILE_TEXELS`.
         """
         key = hashlib.sha256(data).digest()
         if key not in self.means:
             with _opened(data) as image:
-                image.draft("RGB", (max(image.width // 8, 1), max(image.height // 8, 1)))  # which a JPEG does quickly
+                image.draft("RGB", (max(image.width // 8, 1), max(image.height // 8, 1)))  # fast for JPEG
                 texels = _texels(image)
             red, green, blue = texels.reshape(-1, 3).mean(axis=0) / 255
             self.means[key] = float(red), float(green), float(blue)
         return self.means[key]
 
     def count(self, height: int, width: int) -> None:
-        """Take the texels of a picture from what is left for the file, before there is any memory for them."""
+        """Subtract a picture's texels from the file's budget, before memory is allocated."""
         if self.texels + height * width > MAX_FILE_TEXELS:
             raise InputError(f"expected textures of at most {MAX_FILE_TEXELS:,} texels in all, got more")
         self.texels += height * width
 
     def show(self, surface: Surface) -> None:
-        """Count the picture of a surface again where others need its alpha and this one not, or the other way round.
+        """Count a picture twice if one surface uses its alpha and another ignores it.
 
         Raises
         ------
         InputError
-            If `MAX_FILE_TEXELS` are exceeded.
+            If `MAX_FILE_TEXELS` is exceeded.
         """
         if picture := surface.picture:
             shown = self.shown.setdefault(id(picture.texels), [])
@@ -137,13 +136,12 @@ class Pictures(dict[bytes, Picture | InputError]):
 
 
 class Textures(dict[PurePosixPath, Texture | None]):
-    """Textures in files beside a model, by their paths from its folder; None, with a warning, where one can't be
-    read.
+    """Textures in files next to a model, by their paths from its folder; None, with a warning, if one is unreadable.
 
     Parameters
     ----------
     model : path of the model
-    beside : reads its files
+    beside : reader of files next to it
     """
 
     def __init__(self, model: Path, beside: Beside) -> None:
@@ -161,13 +159,14 @@ class Textures(dict[PurePosixPath, Texture | None]):
         return texture
 
     def masked(self, texture: Texture | None, mask: Texture) -> Texture:
-        """The texture, or a white one, with the alpha of a mask, or with what is bright of one without alpha. A mask of
-        another size lends each texel what is at its centre.
+        """Return the texture, or a white one, with the alpha of a mask, or the mask's red if it has no alpha.
+
+        A mask of another size is sampled at the texels' centres.
 
         Raises
         ------
         InputError
-            If the file's textures exceed `MAX_FILE_TEXELS` with it.
+            If the file's textures then exceed `MAX_FILE_TEXELS`.
         """
         key = None if texture is None else id(texture.picture), id(mask.picture)
         if key not in self.with_masks:
@@ -184,23 +183,23 @@ class Textures(dict[PurePosixPath, Texture | None]):
         return Texture(self.with_masks[key], (texture or mask).wrap)
 
     def read(self, path: PurePosixPath) -> bytes:
-        """The file of a texture.
+        """Read the file of a texture.
 
         Raises
         ------
         InputError
-            If there is none.
+            If there is no such file.
         """
         try:
             return self.beside.read(str(path))
         except InputError:
             if path.name == str(path):
                 raise
-            return self.beside.read(path.name)  # of paths that were another machine's, the name is right
+            return self.beside.read(path.name)  # a path from another machine: try the name alone
 
 
 def path_of(name: bytes) -> PurePosixPath:
-    """A path as files have it, perhaps written under Windows."""
+    """Parse a path from a file, perhaps written on Windows."""
     return PurePosixPath(name.strip().decode("utf-8", "replace").replace("\\", "/"))
 
 
@@ -221,7 +220,7 @@ def _decoded(data: bytes, pictures: Pictures) -> Picture:
 
 @contextmanager
 def _opened(data: bytes) -> Iterator[Image]:
-    """A picture's file, whose errors become InputErrors."""
+    """Open a picture's file; its errors become InputErrors."""
     from PIL import Image
 
     try:
@@ -231,19 +230,19 @@ def _opened(data: bytes) -> Iterator[Image]:
             yield image
     except InputError:
         raise
-    except Image.DecompressionBombError as error:  # which Pillow does not open at all
+    except Image.DecompressionBombError as error:  # too large for Pillow
         raise InputError(TOO_LARGE.format(MAX_TEXELS)) from error
-    except (OSError, ValueError, SyntaxError) as error:  # Pillow's, of broken files
+    except (OSError, ValueError, SyntaxError) as error:  # from Pillow, for damaged files
         raise InputError("expected a picture in PNG, JPEG or WebP, got none that can be read") from error
 
 
 def _is_deep(image: Image) -> bool:
-    """Whether a picture is gray in 16 bits, which Pillow would cut off at 255."""
+    """Whether a picture is 16-bit gray, which Pillow would clip at 255."""
     return image.mode == "I" or image.mode.startswith("I;16")
 
 
 def _texels(image: Image) -> NDArray[np.uint8]:
-    """(H, W, 3), of 16 bits the upper eight."""
+    """Return (H, W, 3) uint8; 16-bit values lose their lower eight bits."""
     if not _is_deep(image):
         return np.array(image.convert("RGB"))
     gray = (np.asarray(image).astype(np.int32) >> 8).astype(np.uint8)

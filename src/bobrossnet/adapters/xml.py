@@ -1,7 +1,7 @@
-"""XML, read element by element, up to limits that only bombs reach.
+"""Streaming XML parser, with limits that only malicious files reach.
 
-The parser alone would take minutes over some files of 64 MB, which as zip files may have a few KB: over tags of four
-characters, elements inside each other without end, or a single tag, which it scans anew with every chunk.
+The parser alone would take minutes for some files of 64 MB, a few KB as zip files: tags of four characters, endlessly
+nested elements, or a single huge tag, which it rescans with every chunk.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ def read_xml(
     encoding: str | None = None,
     prefix: Callable[[str, str], object] | None = None,
 ) -> None:
-    """Tell of each element where it starts, with its attributes, and where it ends, and of the text between.
+    """Report the start of each element with its attributes, its end, and its text.
 
-    Names in a namespace come as "namespace}name". An encoding overrides the file's own word for it. `prefix` is told of
-    each prefix and its namespace, before the element that declares it.
+    Names in a namespace are "namespace}name". An encoding overrides the file's declaration. `prefix` receives each
+    prefix and its namespace, before the element that declares it.
 
     Raises
     ------
     InputError
-        If it is not XML, has a document type, whose entities could grow without end, or exceeds the limits.
+        If it is not XML, exceeds the limits, or has a document type, whose entities could expand endlessly.
     """
     from xml.parsers.expat import ExpatError, ParserCreate
 
@@ -75,8 +75,8 @@ def read_xml(
             total += len(chunk)
             left += len(chunk) // SHORT
             parser.Parse(chunk, False)
-            if total - parser.CurrentByteIndex > MAX_TAG:  # which is where what is unfinished starts
+            if total - parser.CurrentByteIndex > MAX_TAG:  # the start of the unfinished token
                 raise InputError(f"expected XML tags of at most {MAX_TAG:,} bytes, got a longer one")
         parser.Parse(b"", True)
-    except (ExpatError, LookupError) as error:  # the latter of encodings
+    except (ExpatError, LookupError) as error:  # LookupError for unknown encodings
         raise InputError(f"expected XML, got something else ({error})") from error

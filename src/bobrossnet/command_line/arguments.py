@@ -149,7 +149,7 @@ def add_light(parser: argparse.ArgumentParser) -> None:
         "--ground",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="whether what is lit casts shadows on a plane below it (default: in the studio)",
+        help="shadows on a plane below the shapes (default: in the studio)",
     )
 
 

@@ -87,7 +87,12 @@ def _run(arguments: Sequence[str] | None) -> int:
     from bobrossnet.support.errors import InputWarning
 
     try:
-        options = parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
+        made = parser()
+        if "_ARGCOMPLETE" in os.environ:  # a shell asks for completions
+            import argcomplete
+
+            argcomplete.autocomplete(made)
+        options = made.parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
             options.warnings = []

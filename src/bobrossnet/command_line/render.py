@@ -61,8 +61,8 @@ def add(commands: Any) -> None:
     render.add_argument(
         "--fit",
         choices=("sphere", "silhouette"),
-        help="what fills the picture: the bounding sphere, at any angle the same, or what is seen, whatever the zoom "
-        "and pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
+        help="framing: the bounding sphere, the same at any angle, or the visible silhouette, ignoring zoom and "
+        "pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
     )
     arguments.add_up(render)
     arguments.add_parts(render)

@@ -51,7 +51,7 @@ def _completed(values: NDArray[np.float32], gbuffer: GBuffer, model: NetworkLike
 def channels_of(gbuffer: GBuffer, image: NDArray[np.float32], model: NetworkLike) -> Planes:
     """Return the G-buffer of the core's tracer as channels of a file.
 
-    The colours are linear and completed, next to the traced samples (layout: CONVENTIONS.md). `image` is the
+    The colours are linear and completed, next to the traced samples (layout: docs/reference/openexr.md). `image` is the
     completed gray.
     """
     is_colored = "color" in gbuffer.layout.places

@@ -1,4 +1,4 @@
-"""Completing light along guides: what is known of the first surface at every pixel."""
+"""Completion of light along guides: first surfaces of all pixels."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ SHADOWS = Layout("mask,gray,variance")
 
 
 def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
-    """Gray or color of a G-buffer with guides, at all pixels.
+    """Complete gray or color of a G-buffer with guides.
 
     Returns
     -------
-    (H, W) float32, or (H, W, 3) of color
-        At least 0, in the units of what was traced. Pixels of which the variance is 0 are returned unchanged; of noisy
-        ones, what is made of them and of those around them.
+    (H, W) float32, or (H, W, 3) for color
+        At least 0, in the units of the samples. Pixels of variance 0 are unchanged; noisy ones are combined with their
+        neighbours.
     """
     assert gbuffer.guides is not None
     is_colored = "color" in gbuffer.layout.places
     completed = _core.Layout("color" if is_colored else "gray")
     output = np.empty((completed.width, *gbuffer.size), np.float32)
     guides = gbuffer.guides
-    covered_only = "shadow" in gbuffer.layout.places  # the core's light does not show what is behind surfaces
+    covered_only = "shadow" in gbuffer.layout.places  # the core's light shows surfaces only
     _core.complete_guided(
         gbuffer.layout.core, gbuffer.planes, guides.layout.core, guides.planes, completed, covered_only, output
     )
@@ -42,14 +42,14 @@ def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
 
 
 def completed_gray(gbuffer: GBuffer, color: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Gray of a coloured G-buffer whose completed color is known."""
+    """Return gray of a coloured G-buffer from its completed color."""
     gray = luminance(color)
     exact = (gbuffer.mask > 0) & (gbuffer.channel("variance") == 0)
     return np.where(exact, gbuffer.gray, gray)
 
 
 def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
-    """Alpha of a G-buffer with guides, (H, W): coverage by surfaces, plus the completed shadows on the ground."""
+    """Return alpha of a G-buffer with guides, (H, W): coverage by surfaces plus completed shadows on the ground."""
     assert gbuffer.guides is not None
     alpha, ground = gbuffer.guides.hit, gbuffer.guides.ground
     if ground is None or "shadow" not in gbuffer.layout.places:
@@ -62,8 +62,9 @@ def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
 
 
 def smoothed(gbuffer: GBuffer, color: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Colour and alpha of whole pixels, from the completed colour of pixels' centres, (H, W, 3): the means over the
-    first hits within pixels at edges."""
+    """Return colour and alpha averaged over pixels, from colour completed at pixels' centres, (H, W, 3).
+
+    Pixels at edges are means over their first hits."""
     assert gbuffer.guides is not None
     guides, alpha = gbuffer.guides, guided_alpha(gbuffer)
     if guides.edges is None:

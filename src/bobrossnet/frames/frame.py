@@ -30,7 +30,7 @@ from bobrossnet.pictures.rendering import Background, picture_of
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 AHEAD = (32, 128, 1024)
-"""Pixels of the core's calls before the first frame. The first one says nothing: what it needs comes into memory."""
+"""Pixels of the core's calls before the first frame. The first call is not timed: it fills caches."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -38,33 +38,32 @@ class Frame:
     """One step of a converging picture. In a notebook it shows itself; `save` writes it."""
 
     image: NDArray[np.float32]
-    """(H, W): traced pixels as traced, the others completed; in 0..1 unless more was traced."""
+    """(H, W): traced pixels unchanged, the others completed; in 0..1 unless traced values exceed it."""
     gbuffer: GBuffer
-    """Everything traced so far."""
+    """All pixels traced so far."""
     fraction: float
     """Share of the pixels traced so far, 1 in the last frame."""
     seconds: float
-    """What this frame took to trace and complete."""
+    """Time for tracing and completing this frame."""
     network: Network = field(repr=False, compare=False)
-    """What completed it."""
+    """The network that completed the image."""
     shown: GBuffer = field(repr=False, compare=False)
-    """What the image was completed from: everything traced so far, and what earlier cameras' samples let expect."""
+    """Input of the completion: traced pixels, and samples reprojected from earlier cameras."""
     is_guided: bool = field(default=False, repr=False, compare=False)
-    """Whether guides completed it, rather than the network."""
+    """Whether the image was completed along guides instead of by the network."""
     guided_color: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
-    """The color that guides completed along with the image."""
+    """The colour completed along guides."""
 
     @property
     def color(self) -> NDArray[np.float32]:
-        """(H, W, 3), linear RGB in the image's range, completed along with the image. Each use computes it anew."""
+        """(H, W, 3), linear RGB in the image's range, completed along with the image; computed on each access."""
         if self.is_guided:
             return complete_guided(self.shown, "color") if self.guided_color is None else self.guided_color.copy()
         return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
 
     @property
     def alpha(self) -> NDArray[np.float32]:
-        """(H, W), how much of each pixel is covered, completed; 1 where light comes from behind all surfaces. Each use
-        computes it anew."""
+        """(H, W): completed coverage of each pixel; 1 everywhere if the background is lit. Computed on each access."""
         missed = (self.shown.mask > 0) & (self.shown.depth == 0)
         if (self.shown.gray[missed] > 0).any():
             return np.ones_like(self.image)
@@ -73,13 +72,13 @@ class Frame:
         return complete(self.shown, self.network, channel="alpha")
 
     def picture(self, background: Background = None) -> Picture:
-        """The frame as people see it, on a background as `render` takes it: the same look as the final picture's."""
+        """Return the frame in sRGB, on a background as in `render`."""
         if self.is_guided and self.shown.guides is not None and self.shown.guides.edges is not None:
             return picture_of(*smoothed(self.shown, self.color), background)
         return picture_of(self.color, self.alpha, background)
 
     def save(self, path: str | os.PathLike[str], background: Background = None) -> None:
-        """Write the frame's picture; the format follows the ending, as of `Picture.save`."""
+        """Write the frame's picture in the format of the ending, as `Picture.save` does."""
         self.picture(background).save(path)
 
     def _repr_png_(self) -> bytes:
@@ -91,13 +90,13 @@ class Frame:
 
     @property
     def error(self) -> float:
-        """The mean absolute error of the image that is expected, in gray; in about nine of ten pictures the true one is
-        below it. 0 in the last frame. Each use predicts it anew, which takes as long as two completions."""
+        """Predicted mean absolute error of the image, in gray: an upper bound in about nine of ten pictures. 0 in the
+        last frame. Computed on each access, in the time of two completions."""
         return mean_error(self.gbuffer, self.network)
 
 
 class Sequence(Protocol):
-    """Which pixels are traced next."""
+    """The order of the pixels."""
 
     @property
     def looks(self) -> bool:
@@ -112,26 +111,26 @@ class Sequence(Protocol):
 
 
 class PartialPicture:
-    """What one camera sees so far, and the pixels still to come.
+    """The traced pixels of one camera, and the calls that trace the others.
 
     Parameters
     ----------
     calls : Calls
-        Of a tracer of this one camera.
+        Calls of this camera's tracer.
     size : (height, width)
     layout : Layout, optional
-        What it is to find; by default what its first samples have.
+        Channels of the picture; by default those of its first samples.
     sequence : Sequence
     planner : Planner
-        Says what completes it and how large calls are, and learns what all costs.
+        Chooses the network and the size of calls, and measures their cost.
     mode : str
-        How its pixels are chosen, as the planner has it.
+        The planner's mode.
     turns : bool
-        Whether it turns to the order `SQUARES` after its first round where the planner expects more of that.
+        Whether to switch to the order `SQUARES` after the first round, if the planner predicts a lower error.
     expected : (C, H, W) float32 of the layout, optional
-        What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
+        Reprojected samples, shown at untraced pixels with mask 1. Traced samples overwrite them.
     guides : Guides, optional
-        What is known of all pixels, along which the picture is completed instead.
+        First surfaces of all pixels; the picture is then completed along them.
     """
 
     def __init__(
@@ -149,27 +148,27 @@ class PartialPicture:
     ) -> None:
         self.calls, self.sequence, self.planner, self.mode = calls, sequence, planner, mode
         self._turns = turns
-        self._completion = ""  # what completes the frame
+        self._completion = ""  # name of the network for this frame
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
-        self._is_shared = False  # the planes, with a frame
+        self._is_shared = False  # whether a frame holds the planes too
         self.traced = 0
-        self._asked_for = 0  # at least once: those that were traced, and those under way
-        self._decided = np.empty((0, 2), np.int32)  # pixels that come next
+        self._asked_for = 0  # pixels traced or in flight
+        self._decided = np.empty((0, 2), np.int32)  # the next pixels
         self._again = False
-        self._budget: float | None = None  # of a frame in seconds
-        self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
+        self._budget: float | None = None  # seconds for a frame
+        self._passes: NDArray[np.int32] | None = None  # passes of each pixel, once they differ
         self.finished = False
-        # The core's tracer finds what displays show, and takes any number of pixels.
+        # Values of the core's tracer are display-referred, and its calls have any size.
         self.is_display_referred = isinstance(calls.tracer, SceneTracer)
         self.sizes = None if self.is_display_referred else self.calls.sizes
 
     @property
     def _known(self) -> float:
-        """The share of the pixels that was traced, or is expected."""
+        """Share of the pixels that are traced or expected."""
         return self.traced / self.total if self.expected is None else float(self.expected[0].mean())
 
     @property
@@ -178,26 +177,25 @@ class PartialPicture:
 
     @property
     def _open(self) -> int:
-        """How many pixels may be asked for: those that are left, and then, if noise is to fall, all of them again but
-        those under way."""
+        """Number of pixels that may be requested: the untraced ones; then, to reduce noise, all but those in flight."""
         if self._left or not (self._again and "variance" in self.layout.places):
             return self._left
         return self.total - sum(len(call.pixels) for call in self.calls.under_way)
 
     def _trace(self, count: int) -> int:
-        """Call the tracer once and wait for it; return how many pixels, at most so many, it had."""
-        while not self.calls.has_room:  # a call for a camera before runs on
+        """Call the tracer once with at most `count` pixels and wait; return their number."""
+        while not self.calls.has_room:  # a call for an earlier camera is still running
             self._take()
         self._begin(count)
         return self._take()
 
     def _own_planes(self) -> None:
-        """What is traced is written to planes that no frame has."""
+        """Copy the planes if a frame holds them."""
         if self._is_shared:
             self.planes, self._is_shared = self.planes.copy(), False
 
     def _begin(self, count: int) -> bool:
-        """Call the tracer with so many pixels, or fewer where fewer are decided; return whether the call goes on."""
+        """Call the tracer with at most `count` pixels; return whether the call is still running."""
         began = time.perf_counter()
         is_first = self._left > 0
         if is_first:
@@ -208,13 +206,12 @@ class PartialPicture:
         return self.calls.begin(pixels, is_first, began)
 
     def take_what_came(self) -> None:
-        """Take what calls have found until now."""
+        """Take the samples of all calls that have returned."""
         while self._take(0):
             pass
 
     def _take(self, timeout: float | None = None) -> int:
-        """Take what came of a call; return how many pixels, 0 where nothing comes in so many seconds, or only what was
-        dropped."""
+        """Take the samples of one call; return their number, 0 after a timeout or for a dropped call."""
         taken = self.calls.take(timeout)
         if taken is None:
             return 0
@@ -227,7 +224,7 @@ class PartialPicture:
             self.traced += len(call.pixels)
         else:
             samples = self._averaged(samples, call.pixels)
-        self._own_planes()  # also between frames
+        self._own_planes()  # calls also return between frames
         scatter(samples, call.pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, call.pixels, self.expected, self.layout)
@@ -237,14 +234,17 @@ class PartialPicture:
         return len(call.pixels)
 
     def _next(self, count: int) -> NDArray[np.int32]:
-        """The next pixels in the sequence, at most so many. Of several calls each has a share of what is left of a
-        round, so that all end at about the same time: the next round is decided by what came until then."""
+        """Return at most `count` pixels of the sequence.
+
+        Several calls share the rest of a round evenly, so they return at about the same time and the next round has
+        all samples.
+        """
         calls = self.calls
         if not len(self._decided):
             self._turn_where_fast()
             shown = self._displayed()
             together = count if calls.in_flight == 1 else min(BATCH, self._left)
-            if self.expected is not None:  # rounds are as long as one wishes
+            if self.expected is not None:  # rounds of refreshing have any length
                 together = min(count * calls.in_flight, self._left)
             self._decided = self.sequence.next(together, shown.planes, shown.layout)
         if calls.in_flight > 1 and calls.sizes.batch is None:
@@ -254,7 +254,7 @@ class PartialPicture:
         return pixels
 
     def _turn_where_fast(self) -> None:
-        """Turn to the order of squares after the first round, if the planner expects more of that."""
+        """Switch to squares after the first round, if the planner predicts a lower error."""
         sequence = self.sequence
         if not (self._turns and sequence.in_first_round) or self._budget is None or self.calls.in_flight > 1:
             return
@@ -265,7 +265,7 @@ class PartialPicture:
             self.mode = "squares"
 
     def _noisiest(self, count: int) -> NDArray[np.int32]:
-        """The pixels of the largest variance, (count, 2)."""
+        """Return the pixels of largest variance, (count, 2)."""
         variance = self.planes[self.layout.places["variance"]].ravel()
         if self.calls.under_way:
             rows, columns = self._under_way().T
@@ -275,7 +275,7 @@ class PartialPicture:
         return np.stack(np.unravel_index(chosen, self.planes.shape[1:]), axis=-1).astype(np.int32)
 
     def _averaged(self, samples: Samples, pixels: NDArray[np.int32]) -> Samples:
-        """The means of what was found at pixels before and of one more sample of each."""
+        """Return running means: the earlier values of the pixels, with one more sample each."""
         row, column = pixels.T
         if self._passes is None:
             self._passes = np.ones(self.planes.shape[1:], np.int32)
@@ -284,7 +284,7 @@ class PartialPicture:
         for name in ("gray", "color", "shadow", "variance"):
             if name in self.layout.places:
                 before = self.planes[self.layout.places[name], row, column].T
-                # Variances are of means: of the sum of independent ones, by its count squared.
+                # The variance of a mean of n independent samples is their summed variance over n².
                 weights = (passes, 1) if name != "variance" else (passes**2 / (passes + 1), 1 / (passes + 1))
                 place = self.layout.places[name]
                 values[:, place] = (weights[0] * before + weights[1] * values[:, place]) / (passes + 1)
@@ -292,7 +292,7 @@ class PartialPicture:
         return Samples.from_values(values, self.layout)
 
     def _displayed(self) -> GBuffer:
-        """What was traced, as the orders of pixels are to look at it."""
+        """Return the traced samples as pixel orders see them."""
         traced = GBuffer.from_stack(self.planes.view(), self.layout, self.guides, self.is_display_referred)
         if not self.sequence.looks:
             return traced
@@ -302,11 +302,11 @@ class PartialPicture:
         return GBuffer.from_stack(with_guesses(shown.planes, self._under_way()), shown.layout)
 
     def _under_way(self) -> NDArray[np.int32]:
-        """The pixels of all calls that are under way, (n, 2)."""
+        """Return the pixels of all calls in flight, (n, 2)."""
         return np.concatenate([call.pixels for call in self.calls.under_way])
 
     def trace_ahead(self) -> None:
-        """Learn what a first round takes the core before anyone waits: its first rays seem far slower than they are."""
+        """Measure the core's cost per ray before the first frame: the first rays of a process are far slower."""
         if not isinstance(self.calls.tracer, SceneTracer):
             return
         for count in AHEAD:
@@ -317,7 +317,7 @@ class PartialPicture:
                 self.planner.core.traced(self.mode, len(pixels), time.perf_counter() - start, True)
 
     def warm_up(self, until: float = 0) -> None:
-        """Complete it before anyone waits: the first run also allocates memory."""
+        """Complete the picture before the first frame: the first run also allocates memory."""
         for completion in self.planner.networks:
             self._completion = completion
             for _ in range(3):
@@ -330,13 +330,13 @@ class PartialPicture:
         Parameters
         ----------
         start : float
-            When the frame began, of `time.perf_counter`.
+            Time of `time.perf_counter` at the frame's start.
         count : int or None
-            How many pixels to trace, or as many as there is time for.
+            Number of pixels to trace; None for as many as the budget allows.
         budget : float
-            Seconds for the frame, where there is no count.
+            Seconds for the frame, if there is no count.
         until : float
-            The picture is `finished` with all pixels, or where the expected error is at most this.
+            The picture is `finished` when all pixels are traced or the predicted error is at most this.
         """
         self._own_planes()
         self._again = until > 0
@@ -354,18 +354,18 @@ class PartialPicture:
         return self._frame(start, until)
 
     def _trace_share(self, count: int) -> int:
-        """Trace so many pixels, or all that are left, one call after the other."""
+        """Trace `count` pixels, or all remaining ones, one call after the other."""
         done = 0
         while done < count and self._open and self.calls.in_flight == 1:
             done += self._trace(self.calls.sizes.batch or min(count - done, self._open))
         return done
 
     def _deadline(self, start: float, budget: float) -> float:
-        """Until when a frame may trace, so that there is time to complete the picture."""
+        """Return the time when tracing must stop, to leave time for completing."""
         return start + self.planner.core.for_tracing(self.mode, self._completion, budget)
 
     def _trace_for(self, start: float, budget: float) -> int:
-        """Trace as many pixels as leave time to complete the picture, one call after the other."""
+        """Trace one call after the other, until just before the picture must be completed."""
         deadline, core = self._deadline(start, budget), self.planner.core
         done = 0
         while self._open and self.calls.in_flight == 1:
@@ -384,12 +384,14 @@ class PartialPicture:
         return done
 
     def _gather(self, start: float, count: int | None, budget: float, done: int) -> None:
-        """Take what comes of several calls, until so many pixels came, or until there is just time to complete the
-        picture. As many calls as may be are under way all the time, and still are at the end."""
+        """Take samples of several calls, until `count` pixels returned or the picture must be completed.
+
+        The maximum number of calls stays in flight, also at the end.
+        """
         deadline = self._deadline(start, budget)
-        goes_on = True  # as calls do that have not returned samples at once
+        goes_on = True  # false for calls that return samples directly
         while True:
-            while came := self._take(0):  # first, so that the next pixels are chosen by all that is known
+            while came := self._take(0):  # first, so the next pixels depend on all samples
                 done += came
             if done >= count if count is not None else done > 0 and time.perf_counter() >= deadline:
                 break
@@ -403,18 +405,17 @@ class PartialPicture:
             goes_on = self._begin(self._part(count, budget))
 
     def _part(self, count: int | None, budget: float) -> int:
-        """How many pixels one of several calls is to have at most, where a frame has so many, or so many seconds."""
+        """Return the maximum size of one of several calls, for a frame of `count` pixels or `budget` seconds."""
         if self.calls.sizes.batch is not None:
             return self.calls.sizes.batch
         if count is not None:
             return -(-count // self.calls.in_flight)
-        # It comes within half a frame; frames are never shorter than completing.
+        # It returns within half a frame; a frame takes at least as long as completing.
         seconds = max(budget, self.planner.core.for_completing(self._completion))
         return self.calls.turnover.pixels_in(seconds / 2, self.calls.in_flight)
 
     def _call(self, count: int, at_least: bool = False) -> int:
-        """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
-        least where there has to be one."""
+        """Return the size of a call with time for `count` pixels: at most `count`, unless `at_least` forces a call."""
         return min(self._open, count if self.sizes is None else self.sizes.within(count, at_least))
 
     def _frame(self, start: float, until: float) -> Frame:

@@ -54,13 +54,13 @@ class MovingLight:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Discard all samples."""
         self._history = _core.LightHistory(*self.size)
         self._camera: Camera | None = None
         self._lights: LightLike = None
 
     def frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
-        """Trace so many pixels, or as many as leave time to complete the picture in a budget of seconds."""
+        """Trace `count` pixels, or as many as leave time to complete the picture within `budget` seconds."""
         at_rest = self._camera is not None and camera in (None, self._camera)
         if not at_rest:
             self._move(camera or as_camera(None, self._scene))

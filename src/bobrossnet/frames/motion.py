@@ -1,4 +1,4 @@
-"""A picture whose camera moves: samples outlive their frame."""
+"""Moving views: samples of earlier frames are reprojected."""
 
 from __future__ import annotations
 
@@ -32,23 +32,21 @@ from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples | SamplesFuture]
-"""From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds, or a
-future of that."""
+"""From a camera and pixels, (n, 2) int32 rows and columns, to one sample per pixel centre, or a future of samples."""
 
-SHADED_ANEW = Layout(_core.remembered_layout(False).names)
-"""What is remembered of the core's scenes: gray follows from it for any camera."""
+RESHADED = Layout(_core.remembered_layout(False).names)
+"""Channels kept of scenes of the core; gray is recomputed from them for any camera."""
 
-COLORED_ANEW = Layout(_core.remembered_layout(True).names)
-"""The same of scenes that have colours."""
+RESHADED_COLORED = Layout(_core.remembered_layout(True).names)
+"""The same for scenes with colours."""
 
 
 class View:
     """A scene seen by a camera that moves from frame to frame.
 
-    What earlier frames have found is carried along: surfaces to where the new camera sees them, shaded anew, and empty
-    places. It is shown where this camera has not traced a pixel yet, and new rays go where it is missing or may be
-    wrong. A camera that stands still ends with every pixel exact, as `progressive` does. Threads that share a view take
-    turns.
+    Samples of earlier frames are reprojected: surfaces, which are shaded again, and background. They are shown at
+    pixels that this camera has not traced. New rays go to disoccluded and doubtful pixels. A view at rest ends with
+    every pixel exact, like `progressive`. Threads that share a view take turns.
 
     Parameters
     ----------
@@ -56,15 +54,15 @@ class View:
     size : (height, width) or "WIDTHxHEIGHT"
     tracer : callable, optional
         Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the
-        same length. Their depth is over the unit sphere, which the camera sees; their gray and colour are carried along
-        as they are. It may return a future of its samples, and have the attributes `batch` and `in_flight`, as in
-        `progressive`. When the camera moves, calls that wait are cancelled; what comes of those that run is dropped,
-        and they keep their room until then.
+        same length. Their depth is over the unit sphere, which the camera sees. Their gray and colour are reprojected
+        unchanged. It may return a future of its samples, and have the attributes `batch` and `in_flight`, as in
+        `progressive`. When the camera moves, waiting calls are cancelled. Samples of running calls are dropped; these
+        calls count as in flight until they end.
     model : str or path
         As in `progressive`.
     light, ground
-        As in `render`; light stays on its surfaces when the camera moves, and so do its paths. "studio" stands where
-        the first frame's camera has it.
+        As in `render`. Light and its paths stay on their surfaces when the camera moves. "studio" is placed relative
+        to the first frame's camera.
     seed : int, 0..2**64 - 1
 
     Raises
@@ -101,9 +99,9 @@ class View:
         self.size = check_size(size)
         self._scene = None if scene is None else as_scene(scene)
         self._tracer = tracer
-        self._layout: Layout | None = None  # of a tracer of one's own: known once it was called
+        self._layout: Layout | None = None  # for a user's tracer: known after its first call
         if self._scene is not None:
-            self._layout = COLORED_ANEW if self._scene.is_colored else SHADED_ANEW
+            self._layout = RESHADED_COLORED if self._scene.is_colored else RESHADED
         self._planner = Planner(self.size, model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
@@ -128,25 +126,25 @@ class View:
         Parameters
         ----------
         camera : Camera, optional
-            By default the one of the frame before, at first the default camera of the scene.
+            By default the previous frame's, at first the default camera of the scene.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
-            given. Where that is enough for a dense picture, nothing is carried along: it would be no better. Where rays
-            are fast, it is refined square by square, row by row, and is whole where there is time for all pixels.
+            given. If it suffices for a dense picture, samples are not reprojected. If rays are fast, the picture is
+            refined in squares, row by row, and complete if there is time for all pixels.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
         Returns
         -------
         Frame
-            `gbuffer` and `fraction` are of what was traced with this camera; `image` also shows what is expected from
-            earlier frames. `error` is predicted as if only the former was known.
+            `gbuffer` and `fraction` include only pixels traced with this camera; `image` also shows reprojected
+            samples. `error` is predicted from the former.
 
         Raises
         ------
         InputError
-            If an argument is out of range, or the tracer does not return what it was asked for. What the tracer raises
-            comes through, here or in a future; the next frame begins anew.
+            If an argument is out of range, or the tracer returns anything but its samples. Exceptions of the tracer
+            propagate, also from a future; the next frame then starts without samples.
         """
         if ms is not None and fraction is not None:
             raise InputError("frame: expected ms or fraction, got both")
@@ -160,8 +158,8 @@ class View:
                 if self._lit is not None:
                     return self._lit.frame(start, camera, budget, count)
                 return self._frame(start, camera, budget, count)
-            except BaseException:  # pixels were asked for that never came
-                self._begin_anew()
+            except BaseException:  # requested pixels never returned
+                self._restart()
                 raise
 
     def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
@@ -183,14 +181,14 @@ class View:
         return pick(self._scene, row, column, self._camera, size=self.size)
 
     def forget(self) -> None:
-        """Begin anew: for tracers whose shapes or lights have changed."""
+        """Discard all samples: for tracers whose shapes or lights have changed."""
         with self._turns:
-            self._begin_anew()
+            self._restart()
 
     def close(self) -> None:
-        """Cancel the calls of a tracer that wait, and wait for those that run. The next frame begins anew."""
+        """Cancel waiting calls of the tracer, wait for running ones, and discard all samples."""
         with self._turns:
-            self._begin_anew()
+            self._restart()
             self._calls.close()
 
     def __reduce__(self) -> NoReturn:
@@ -199,10 +197,10 @@ class View:
         )
 
     def _moving_light(self, light: LightLike, ground: bool | None) -> MovingLight | None:
-        """The light of the scene; None of the headlight."""
+        """Return the light of the scene, or None for the headlight."""
         if self._scene is None:
             if light is not None or ground is not None:
-                raise InputError("light: expected none beside a tracer, which has its own")
+                raise InputError("light: expected none with a tracer, which has its own")
             return None
         chosen = check_light(self._scene.light if light is None else light)
         stands = shows_shadows(self._scene, chosen, ground)
@@ -211,7 +209,7 @@ class View:
         network = next(iter(self._planner.networks.values()))
         return MovingLight(self._scene, self.size, chosen, stands, self._seed, network)
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         if self._lit is not None:
             self._lit.forget()
         self._history = None
@@ -229,7 +227,7 @@ class View:
         self._picture = expecting or self._unknown("adaptive" if mode == "reproject" else mode)
 
     def _expecting(self, seen: _Seen) -> PartialPicture | None:
-        """A picture with what earlier ones let expect; None where that is nothing."""
+        """Return a picture of reprojected samples, or None if there are too few."""
         start = time.perf_counter()
         layout, planes = self._picture.layout, self._picture.planes
         if self._tracer is not None:
@@ -251,7 +249,7 @@ class View:
         return PartialPicture(self._calls, self.size, layout, sequence, self._planner, "reproject", expected=expected)
 
     def _unknown(self, mode: str) -> PartialPicture:
-        """A picture of which nothing is expected."""
+        """Return a picture without reprojected samples."""
         self._calls.turn_to(self._seen.tracer)
         sequence = PixelSequence(self.size, ORDER_OF[mode], self._seed)
         return PartialPicture(
@@ -267,7 +265,7 @@ class View:
 
 
 class _Seen(NamedTuple):
-    """What a camera sees."""
+    """A camera and its tracer."""
 
     camera: Camera
     tracer: Tracer | AsyncTracer
@@ -275,7 +273,7 @@ class _Seen(NamedTuple):
 
 
 class _Refreshing:
-    """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
+    """The `Sequence` of a picture of reprojected samples, (C, H, W), overwritten by traced ones."""
 
     looks = True
     in_first_round = False

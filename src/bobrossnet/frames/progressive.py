@@ -99,7 +99,7 @@ def progressive(
         )
     if tracer is not None:
         if camera is not None:
-            raise InputError("camera: expected none beside a tracer, which has its own")
+            raise InputError("camera: expected none with a tracer, which has its own")
         if not callable(tracer):
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     size = _size_of(tracer, size)
@@ -112,7 +112,7 @@ def progressive(
         lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
         tracer = lit or SceneTracer(scene, camera, size)
     elif light is not None or ground is not None:
-        raise InputError("light: expected none beside a tracer, which has its own")
+        raise InputError("light: expected none with a tracer, which has its own")
     follows = name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))
     if lit is not None or (scene is None and follows):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None

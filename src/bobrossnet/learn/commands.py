@@ -45,7 +45,30 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
     compare.add_argument("folder", metavar="FOLDER", help="of shape files")
     compare.add_argument("--limit", type=int, help="how many files at most, spread over the folder")
-    compare.add_argument("--markdown", metavar="FILE", help="also write what is printed to this file")
+    compare.add_argument("--markdown", metavar="FILE", help="also write the table to this file")
+
+    views = actions.add_parser(
+        "views",
+        help="render views of shape files with depth, normals and poses",
+        description="Render views of every shape file of a folder and below it: colour, depth, normals, instances and "
+        "camera matrices. Finished shapes are kept, so the same command resumes.",
+    )
+    views.set_defaults(run=_dataset_views)
+    views.add_argument("folder", metavar="DIR", help="where the files are")
+    views.add_argument("-o", "--out", required=True, metavar="OUT", help="folder of the data set, made if missing")
+    views.add_argument("--views", type=int, default=24, metavar="N", help="cameras around each shape (default: 24)")
+    views.add_argument(
+        "--format",
+        choices=("npz", "exr", "webdataset"),
+        default="npz",
+        help="arrays next to PNG and transforms.json of nerfstudio, in npz or EXR; or one tar for each shape",
+    )
+    arguments.add_size(views, (480, 640))
+    arguments.add_up(views)
+    arguments.add_samples(views, 4, "rays at most for each pixel along edges, 1, 4 or 16")
+    arguments.add_background(views, "transparent")
+    arguments.add_light(views)
+    arguments.add_scheduler(views)
 
     train = commands.add_parser(
         "train", help="train a network", description="Train a network; the same command resumes an interrupted run."
@@ -119,9 +142,9 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
-    figures.add_argument("--shape", metavar="FILE", help="what the pictures show; by default the built-in scene")
+    figures.add_argument("--shape", metavar="FILE", help="the shape shown; by default the built-in scene")
     arguments.add_up(figures, "z")
-    figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
+    figures.add_argument("--scores", metavar="FILE.csv", help="the table that evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
     figures.add_argument("--only", metavar="NAME,…", help="only these, such as 2.1,4.1")
@@ -142,6 +165,38 @@ def _dataset_build(options: argparse.Namespace) -> None:
     plan = dataset.plan
     counts = ", ".join(f"{len(plan.split(name)):,} {name}" for name in ("train", "validation", "test"))
     print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
+
+
+def _dataset_views(options: argparse.Namespace) -> int:
+    import sys
+
+    from bobrossnet.pictures.view_files import ViewStyle, dataset_of_views
+    from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.progress import progress
+
+    limit_memory()
+    style = ViewStyle(
+        cameras=options.views,
+        size=options.size,
+        format=options.format,
+        samples=options.samples,
+        background=arguments.background(options.background),
+        up=options.up,
+        light=options.light,
+        ground=options.ground,
+    )
+    with progress("rendering") as show:
+        written = dataset_of_views(options.folder, options.out, style, options.scheduler, show)
+    for each in written:
+        if each.error is not None:
+            print(f"left out: {each.error}", file=sys.stderr)
+    failed = sum(each.error is not None for each in written)
+    new = sum(each.is_new for each in written) - failed
+    print(
+        f"wrote {new * options.views:,} views of {new:,} shapes to {options.out}; {len(written) - new - failed:,} "
+        f"shapes were there, {failed:,} files left out"
+    )
+    return 1 if failed else 0
 
 
 def _dataset_compare(options: argparse.Namespace) -> None:

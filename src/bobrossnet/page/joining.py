@@ -9,9 +9,11 @@ from __future__ import annotations
 import json
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
+
+from bobrossnet import __version__
 
 COMPONENT = "component/bob-view.js"
 
@@ -35,6 +37,10 @@ WIDGET = "component/widget.js"
 
 BROUGHT = "core/brought.js"
 
+PLACES = "core/places.js"
+
+VERSION = "core/version.js"
+
 COMMENT = re.compile(
     r"^[ \t]*/\*\*(?:(?!\*/).)*\*/[ \t]*\n|^[ \t]*//[^\n]*\n|/\*\*(?:(?!\*/).)*\*/ ?|(?<=[;,{)])[ \t]+// [^\n]*$",
     re.DOTALL | re.MULTILINE,
@@ -48,7 +54,7 @@ OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 
 class Modules:
-    """The texts of modules, without comments.
+    """The texts of modules, without comments, and with the package's version.
 
     Parameters
     ----------
@@ -59,7 +65,7 @@ class Modules:
 
     def __init__(self, folder: Path, replaced: Mapping[str, str] | None = None) -> None:
         self._folder = folder
-        self._texts = dict(replaced or {})
+        self._texts = {VERSION: f'export const VERSION = "{__version__}";\n', **(replaced or {})}
 
     def __getitem__(self, path: str) -> str:
         if path not in self._texts:
@@ -120,6 +126,12 @@ def brought(modules: Modules, parts: Mapping[str, str]) -> str:
     """
     workers = {name: joined(modules, f"workers/{name}.js") for name in WORKERS}
     return f"export const BROUGHT = {json.dumps({'workers': workers, 'parts': dict(parts)})};\n"
+
+
+def places(paths: Iterable[str]) -> str:
+    """Return the module with the address of each file (core/places.js), in the form that bundlers follow."""
+    entries = "".join(f'"{path}": () => new URL("../{path}", import.meta.url),\n' for path in sorted(paths))
+    return f"const PLACES = {{\n{entries}}};\nexport const placeOf = (path) => PLACES[path]();\n"
 
 
 def _in_order(modules: Modules, entry: str) -> Iterator[str]:

@@ -113,11 +113,9 @@ class Camera:
             return
         for name in ("azimuth", "elevation"):
             if getattr(self, name) != default[name]:
-                raise InputError(
-                    f"{name}: expected none beside a position, got {getattr(self, name):g}; its target says the rest"
-                )
+                raise InputError(f"{name}: expected none with a position, got {getattr(self, name):g}; use target")
         if not self.fov:
-            raise InputError("position: expected a fov above 0 beside it, such as fov=35, got 0, which is orthographic")
+            raise InputError("position: expected a fov above 0 with it, such as fov=35, got 0, which is orthographic")
         if self.target is not None:
             self._check_sight(self.target)
 

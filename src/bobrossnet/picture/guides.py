@@ -1,4 +1,4 @@
-"""Guides: what is known of the first surface at all pixels."""
+"""Guides: first surfaces of all pixels."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Edges(NamedTuple):
 
 
 class Guides(Channels):
-    """What is known of the first visible surface at all pixels, traced or not: cheap first hits, while light is not.
+    """The first visible surface at each pixel, traced or not: first hits are cheap, light is not.
 
-    Completion follows them: between two traced pixels it goes along surfaces, and what lies across an edge has no say.
+    Completion follows the surfaces: traced pixels across an edge have no influence.
 
     Parameters
     ----------
@@ -34,13 +34,12 @@ class Guides(Channels):
     normal : (H, W, 2) or (H, W, 3) numbers in -1..1, optional
         In screen space, x right and y up, perhaps with z.
     albedo : (H, W, 3) numbers in 0..1, optional
-        Linear RGB of the surfaces, by which light is divided before it is completed; 1 where there is nothing to divide
-        by, as of mirrors and lamps.
+        Linear RGB of the surfaces. Light is divided by it before completion; use 1 for mirrors and lamps.
     hit : (H, W) numbers in 0..1, optional
-        How much of each pixel a surface covers. By default all where the depth is not 0.
+        Covered share of each pixel; by default 1 where the depth is not 0.
 
-    All may be means over a pixel, and are better so. At least one is needed. Where nothing was hit, the others do not
-    matter.
+    At least one is required. Means over each pixel give better edges than values at its centre. Values at misses are
+    ignored.
 
     Raises
     ------
@@ -51,17 +50,17 @@ class Guides(Channels):
     __slots__ = ("behind", "edges", "ground", "layout", "planes")
 
     behind: F32 | None
-    """(H, W), 1 where they are of the first surface behind smooth mirrors and glass; depth is then as far as it seems.
-    None of guides that users give."""
+    """(H, W): 1 where they describe the first surface behind smooth mirrors and glass; depth is then that of the
+    unfolded path. None for users' guides."""
     edges: Edges | None
-    """What is known within pixels at edges, where the others are of pixels' centres."""
+    """First hits within pixels at edges; all other values are at pixels' centres."""
 
     ground: Guides | None
-    """Of the ground that shows the surfaces' shadows; its mask is the share of a pixel that shows it."""
+    """The ground that receives shadows; its mask is the visible share of each pixel."""
     layout: Layout
-    """mask, which says where surfaces are, depth, normal and albedo."""
+    """mask (coverage by surfaces), depth, normal and albedo."""
     planes: F32
-    """All of them, (C, H, W) in the layout's order."""
+    """(C, H, W) in the layout's order."""
 
     def __init__(self, depth: Any = None, normal: Any = None, albedo: Any = None, hit: Any = None) -> None:
         given = {"depth": depth, "normal": normal, "albedo": albedo, "hit": hit}
@@ -97,7 +96,7 @@ class Guides(Channels):
     def from_planes(
         cls, planes: F32, ground: Guides | None = None, edges: Edges | None = None, behind: F32 | None = None
     ) -> Guides:
-        """Guides that take over planes as `planes` has them, unchecked and without a copy."""
+        """Make guides from planes in the layout of `planes`, without checks or a copy."""
         guides = object.__new__(cls)
         guides.layout, guides.planes, guides.ground, guides.edges = GUIDES, planes, ground, edges
         guides.behind = behind
@@ -109,7 +108,7 @@ class Guides(Channels):
 
     @property
     def hit(self) -> F32:
-        """(H, W): how much of each pixel a surface covers."""
+        """(H, W): covered share of each pixel."""
         return self.channel("mask")
 
     @property
@@ -118,7 +117,7 @@ class Guides(Channels):
         return self.planes.shape[1], self.planes.shape[2]
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
+        """Return a channel by name, (H, W) or (H, W, components). Raises KeyError for unknown names."""
         return of_planes(self.planes, self.layout, name)
 
     def __eq__(self, other: object) -> bool:
@@ -131,7 +130,7 @@ class Guides(Channels):
 
 
 def check_guides(guides: Any, size: Size) -> Guides:
-    """Return what a user's tracer or a user gave as guides, if they are of a picture of this size."""
+    """Return guides given by a user or a user's tracer, if they have this size."""
     if isinstance(guides, dict):
         unknown = sorted(set(guides) - {"depth", "normal", "albedo", "hit"})
         if unknown:

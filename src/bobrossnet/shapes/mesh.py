@@ -40,7 +40,7 @@ class Mesh(Shape):
         Corners of each triangle, anticlockwise seen from outside (both sides are visible anyway).
     normals : (V, 3) numbers, optional
         Vertex normals of any length. If omitted, or where one is zero or not finite, the tracer smooths over edges with
-        a dihedral angle below the crease angle (CONVENTIONS.md) and keeps sharper edges sharp.
+        a dihedral angle below the crease angle (docs/reference/meshes.md) and keeps sharper edges sharp.
     colors, face_colors : (V, 3) and (T, 3) numbers in 0..1, or uint8, optional
         Colours of vertices, interpolated, and of triangles: linear RGB, or sRGB as uint8. They, the texture and the
         material's colour are multiplied. Vertex colours may have an alpha, (V, 4).

@@ -1,4 +1,4 @@
-"""Lights of a scene, instead of the headlight."""
+"""Lights of a scene, in place of the headlight."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from bobrossnet.support.errors import InputError, InputTypeError, brief, check_a
 HEADLIGHT, STUDIO = "headlight", "studio"
 
 MAX_INTENSITY = 1e6
-"""Of lights: products of them and of colours stay far from what float32 holds."""
+"""Maximum intensity of a light: products with colours stay in float32's range."""
 
 MAX_LIGHTS = 32
-"""In a scene: each of them takes a ray at every surface that a path meets."""
+"""Maximum number of lights: each costs a ray at every surface of a path."""
 
 BOUNCES, MAX_BOUNCES = 2, 8
 
 
 @dataclass(frozen=True, init=False)
 class Light:
-    """A disc far away, such as the sun or a soft box: its shadows are as soft as it is wide.
+    """A distant disc, such as the sun or a soft box. A larger angle makes softer shadows.
 
     Parameters
     ----------
     direction : (x, y, z)
         Towards the light, in the scene's coordinates; of any length but zero.
     angle : float in 0..180
-        Of the whole disc in degrees, seen from the scene: 0.5 is the sun, and 0 makes sharp shadows.
+        Angular diameter in degrees. The sun has 0.5; 0 makes sharp shadows.
     color : like a material's
-        What a white, rough surface that faces the light looks like.
+        The colour of a white rough surface facing the light.
     intensity : float, at least 0
-        By which the colour is multiplied.
+        Factor of the colour.
 
     Raises
     ------
@@ -84,22 +84,21 @@ class Light:
 
 @dataclass(frozen=True, init=False, eq=False)
 class Sky:
-    """Light from all around: one colour, two, or a picture of an environment.
+    """Light from all directions: one colour, a gradient of two, or an environment image.
 
     Parameters
     ----------
     top : like a material's color
-        From straight above, and from everywhere if there is no `bottom`: what a white, rough surface under it alone
-        looks like.
+        Light from above, and from all directions if `bottom` is omitted: the colour of a white rough surface under it.
     bottom : like a material's color, optional
-        From straight below; between both, the colour goes along with the height.
+        Light from below; the colour between is linear in height.
     image : path, or (H, W, 3) numbers of at least 0, optional
-        An equirectangular environment, .hdr, .exr, or a picture in sRGB, of linear radiance: its rows go from straight
-        up to straight down, and its middle is what one sees looking along -x. It is multiplied by `top`.
+        An equirectangular environment: .hdr, .exr, an sRGB picture, or an array of linear radiance. Rows run from
+        straight up to straight down; the middle column is the direction -x. It is multiplied by `top`.
     turn : float
-        By which the image is turned about z, in degrees, anticlockwise seen from above.
+        Rotation of the image about z, in degrees, anticlockwise as seen from above.
     intensity : float, at least 0
-        By which all of it is multiplied.
+        Factor of all colours.
 
     Raises
     ------
@@ -125,7 +124,7 @@ class Sky:
         intensity: float = 1.0,
     ) -> None:
         if image is not None and bottom is not None:
-            raise InputError("bottom: expected none beside an image, which is all around")
+            raise InputError("bottom: expected none with an image")
         object.__setattr__(self, "top", linear("top", top))
         object.__setattr__(self, "bottom", self.top if bottom is None else linear("bottom", bottom))
         object.__setattr__(self, "image", None if image is None else read_environment(image))
@@ -147,7 +146,7 @@ LightLike: TypeAlias = str | os.PathLike[str] | Light | Sky | Iterable[Light | S
 
 
 def studio(camera: Camera) -> list[Light | Sky]:
-    """A soft key light from the upper left of the camera, a rim light from behind, and a gentle sky."""
+    """Return a soft key light from the camera's upper left, a rim light from behind, and a dim sky."""
     azimuth = camera.azimuth
     if camera.position is not None:
         target = (0.0, 0.0, 0.0) if camera.target is None else camera.target
@@ -166,7 +165,7 @@ def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:
 
 
 def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:
-    """The lights that are meant; None of the headlight."""
+    """Resolve a light argument to lights; None for the headlight."""
     chosen = check_light(light)
     if chosen is None or isinstance(chosen, str):
         return studio(camera) if chosen == STUDIO else None
@@ -174,7 +173,7 @@ def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:
 
 
 def check_light(light: LightLike) -> str | list[Light | Sky] | None:
-    """Return the name of the headlight or the studio, or the lights that a user gave; environments are read here."""
+    """Return "headlight", "studio", or the user's lights, with environments read from files."""
     if light is None:
         return None
     if isinstance(light, str) and light in (HEADLIGHT, STUDIO):

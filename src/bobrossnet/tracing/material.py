@@ -13,7 +13,7 @@ from bobrossnet.support.errors import InputError, check_number
 class Material:
     """Reflection of a surface, by Blinn-Phong or by glTF 2.0's metallic-roughness model.
 
-    CONVENTIONS.md has the formulas.
+    docs/reference/shading.md has the formulas.
 
     Parameters
     ----------

@@ -1,0 +1,186 @@
+"""Views of a scene with depth, normals, instances and camera matrices: data for learning and measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import asin, degrees, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.order import Size, SizeLike, check_size
+from bobrossnet.picture.pose import Pose, pose_of
+from bobrossnet.pictures.rendering import Background, check_picture, render
+from bobrossnet.support.errors import InputError, InputTypeError, check_integer
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.trace import SceneTracer
+
+CHANNELS = ("color", "depth", "normal", "instance")
+
+FOV = 40.0
+"""Degrees of the cameras that `views` places."""
+
+MAX_VIEWS = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class PosedView:
+    """One view of a scene. Channels that were not requested are None; pixels without a surface hold 0."""
+
+    camera: Camera
+    size: Size
+    pose: Pose
+    """Camera matrices: `pose.intrinsics`, `pose.world_to_camera` (OpenCV), `pose.camera_to_world` (OpenGL)."""
+    color: NDArray[np.uint8] | None
+    """(H, W, 4): sRGB with antialiased edges, and coverage, 0..255."""
+    depth: NDArray[np.float32] | None
+    """(H, W): distance along the camera's z axis at pixel centres, in the scene's units."""
+    normal: NDArray[np.float32] | None
+    """(H, W, 3): unit normals in the scene's coordinates, on the camera's side of the surface."""
+    instance: NDArray[np.int32] | None
+    """(H, W): index into `Scene.instances`; -1 without a surface."""
+    mask: NDArray[np.bool_]
+    """(H, W): whether the ray through the pixel's centre meets a surface."""
+
+    def points(self) -> NDArray[np.float32]:
+        """Return the surface points at all pixels, (H, W, 3) in the scene's coordinates; NaN without a surface.
+
+        Raises
+        ------
+        InputError
+            If the view has no depth.
+        """
+        if self.depth is None:
+            raise InputError("points: expected a view with the channel depth, got one without")
+        height, width = self.size
+        x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        seen = np.stack([x, y, np.ones_like(x)], axis=-1) @ np.linalg.inv(self.pose.intrinsics).T
+        depth = self.depth.astype(np.float64)
+        if not self.pose.is_orthographic:
+            seen *= depth[..., None]
+        seen[..., 2] = depth
+        rotation, translation = self.pose.world_to_camera[:3, :3], self.pose.world_to_camera[:3, 3]
+        points: NDArray[np.float32] = ((seen - translation) @ rotation).astype(np.float32)
+        points[~self.mask] = np.nan
+        return points
+
+
+def views(
+    scene: SceneLike,
+    cameras: int | Iterable[Camera] = 24,
+    channels: Sequence[str] = CHANNELS,
+    *,
+    size: SizeLike = (480, 640),
+    samples: int = 4,
+    background: Background = None,
+    light: LightLike = None,
+    ground: bool | None = None,
+) -> Iterator[PosedView]:
+    """Render views of a scene with depth, normals, instances and camera matrices, one after the other.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    cameras : int or iterable of Camera
+        A number places perspective cameras evenly around the scene, the same ones each time.
+    channels : sequence of "color", "depth", "normal", "instance"
+    size, samples, background, light, ground
+        As in `render`, for the colour.
+
+    Returns
+    -------
+    iterator of PosedView
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, before the first view.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> for view in bob.views(bob.happy_tree(), cameras=2, size="160x120"):
+    ...     view.color.shape, view.depth.shape, view.pose.intrinsics.shape
+    ((120, 160, 4), (120, 160), (3, 3))
+    ((120, 160, 4), (120, 160), (3, 3))
+    """
+    scene, size = as_scene(scene), check_size(size)
+    check_picture(samples, background, size)
+    chosen = check_channels(channels)
+    if isinstance(cameras, Camera):
+        raise InputTypeError("cameras: expected a number or several cameras, got a Camera; put it in a list")
+    placed = around(cameras) if isinstance(cameras, int | np.integer) else [check_camera(each) for each in cameras]
+    shown = {"size": size, "samples": samples, "background": background, "light": light, "ground": ground}
+
+    def made() -> Iterator[PosedView]:
+        for camera in placed:
+            color = render(scene, camera, **shown).rgba if "color" in chosen else None  # type: ignore[arg-type]
+            yield _posed(scene, camera, size, chosen, color)
+
+    return made()
+
+
+def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
+    """Return names of channels; raise InputError for unknown or repeated ones."""
+    chosen = (channels,) if isinstance(channels, str) else tuple(channels)
+    if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(CHANNELS):
+        raise InputError(
+            f"channels: expected some of {', '.join(CHANNELS)}, got {', '.join(map(str, chosen)) or 'none'}"
+        )
+    return chosen
+
+
+def around(count: int) -> list[Camera]:
+    """Return cameras spread evenly over the sphere around a scene, along a Fibonacci spiral."""
+    count = check_integer("cameras", count, 1, MAX_VIEWS)
+    turn = pi * (3 - sqrt(5))
+    heights = [1 - (2 * i + 1) / count for i in range(count)]
+    return [
+        Camera(azimuth=degrees(i * turn) % 360, elevation=degrees(asin(height)), fov=FOV)
+        for i, height in enumerate(heights)
+    ]
+
+
+def _posed(
+    scene: Scene, camera: Camera, size: Size, channels: tuple[str, ...], color: NDArray[np.uint8] | None
+) -> PosedView:
+    pose = pose_of(camera, scene.center, scene.radius, size)
+    pixels = tiled_pixels(size)
+    which, origins, directions = pixel_rays(camera, scene.center, scene.radius, size, pixels)
+    hits = scene.closest_hits(origins, directions)
+    found = hits.instance >= 0
+    rows, columns = pixels[which[found]].T
+    mask, instance = np.zeros(size, bool), np.full(size, -1, np.int32)
+    mask[rows, columns], instance[rows, columns] = True, hits.instance[found]
+    depth = normal = None
+    if "depth" in channels:
+        forward, offset = pose.world_to_camera[2, :3], pose.world_to_camera[2, 3]
+        lengths = np.linalg.norm(directions[found], axis=1, keepdims=True)
+        points = origins[found] + directions[found] / lengths * hits.distance[found, None]
+        depth = np.zeros(size, np.float32)
+        depth[rows, columns] = points @ forward + offset
+    if "normal" in channels:
+        seen = SceneTracer(scene, camera, size, Layout("mask,normal"))(pixels[which[found]]).values[:, 1:3]
+        z = np.sqrt(np.maximum(1 - (seen**2).sum(axis=1, keepdims=True), 0))
+        normal = np.zeros((*size, 3), np.float32)
+        normal[rows, columns] = _in_scene(np.hstack([seen, z]), directions[found], pose)
+    return PosedView(camera, size, pose, color, depth, normal, instance if "instance" in channels else None, mask)
+
+
+def _in_scene(normals: NDArray[np.float64], directions: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
+    """Return normals, (n, 3), from the screen space of each ray to the scene's (docs/reference/camera.md)."""
+    right, down, forward = pose.world_to_camera[:3, :3]
+    in_axes: NDArray[np.float64] = normals @ np.array([right, -down, -forward])
+    if pose.is_orthographic:
+        return in_axes
+    # The smallest rotation from the camera's z axis to each reversed ray (Rodrigues' formula).
+    toward, eye = -forward, -directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    both = toward + eye
+    along = (in_axes * both).sum(axis=1, keepdims=True) / (1 + eye @ toward)[:, None]
+    turned: NDArray[np.float64] = in_axes - along * both + 2 * (in_axes @ toward)[:, None] * eye
+    return turned

@@ -1,0 +1,129 @@
+"""Views with camera matrices: depth, normals and poses agree; data sets of them resume to the same bytes."""
+
+import io
+import json
+import tarfile
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet.command_line import cli
+from bobrossnet.sdf import box, sphere
+
+MIDDLE, RADIUS = np.array([30.0, -20.0, 7.0]), 5.0
+CAMERAS = [
+    bob.Camera(azimuth=30, fov=40),
+    bob.Camera(azimuth=80, elevation=-35, fov=25, zoom=1.3, pan=(0.1, -0.2), roll=20),
+    bob.Camera(azimuth=200, elevation=50),
+    bob.Camera(azimuth=20, zoom=1.5, pan=(0.2, 0.1), roll=-50),
+    bob.Camera(position=(38, -31, 9), target=(30, -20, 7), fov=70),
+]
+
+
+@pytest.fixture(scope="module")
+def scene():
+    ball = bob.Instance(sphere(RADIUS)).translate(MIDDLE)
+    return bob.Scene([bob.Instance(box(1)).translate(MIDDLE + (0, 0, 6)), ball])
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=repr)
+def test_points_and_normals_are_in_the_scene(scene, camera):
+    (view,) = bob.views(scene, [camera], size=(96, 128))
+    on_ball = view.instance == 1
+    assert on_ball.sum() > 300
+    from_middle = view.points()[on_ball] - MIDDLE
+    distance = np.linalg.norm(from_middle, axis=1)
+    assert np.abs(distance - RADIUS).max() < 1e-4 * scene.radius
+    assert np.abs(view.normal[on_ball] - from_middle / distance[:, None]).max() < 2e-3
+    assert (view.mask == (view.instance >= 0)).all()
+    assert (view.depth[~view.mask] == 0).all()
+    assert np.isnan(view.points()[~view.mask]).all()
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=repr)
+def test_matrices_agree(scene, camera):
+    (view,) = bob.views(scene, [camera], channels=["depth"], size=(96, 128))
+    assert view.color is None
+    assert view.normal is None
+    flip = np.diag([1, -1, -1, 1])
+    assert np.allclose(view.pose.camera_to_world @ flip @ view.pose.world_to_camera, np.eye(4), atol=1e-9)
+    assert np.allclose(np.linalg.det(view.pose.world_to_camera[:3, :3]), 1)
+    rows, columns = np.nonzero(view.mask)
+    seen = view.points()[rows, columns] @ view.pose.world_to_camera[:3, :3].T + view.pose.world_to_camera[:3, 3]
+    assert np.allclose(seen[:, 2], view.depth[rows, columns], atol=1e-4)
+    seen[:, :2] /= 1 if view.pose.is_orthographic else seen[:, 2:]
+    seen[:, 2] = 1
+    pixel = seen @ view.pose.intrinsics.T
+    assert np.allclose(pixel[:, 0], columns + 0.5, atol=1e-2)
+    assert np.allclose(pixel[:, 1], rows + 0.5, atol=1e-2)
+
+
+def test_views_around_a_scene():
+    cameras = [view.camera for view in bob.views(bob.happy_tree(), 12, channels="depth", size=(8, 8))]
+    azimuth, elevation = np.radians([(camera.azimuth, camera.elevation) for camera in cameras]).T
+    ways = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], 1)
+    near = (ways @ ways.T - 2 * np.eye(12)).max(axis=1)
+    assert np.degrees(np.arccos(near)).min() > 40
+    assert np.abs(ways.mean(axis=0)).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"channels": ["colour"]}, "channels: expected some of color, depth, normal, instance, got colour"),
+        ({"channels": []}, "channels: expected some of .*, got none"),
+        ({"cameras": 0}, "cameras: expected an integer of at least 1|cameras: expected"),
+        ({"cameras": bob.Camera()}, "cameras: expected a number or several cameras, got a Camera"),
+    ],
+)
+def test_bad_arguments_are_refused_before_the_first_view(scene, wrong, message):
+    with pytest.raises((bob.InputError, bob.InputTypeError), match=message):
+        bob.views(scene, **{"cameras": 1} | wrong)
+
+
+@pytest.fixture
+def models(tmp_path):
+    folder = tmp_path / "models/below"
+    folder.mkdir(parents=True)
+    bob.happy_tree().save(folder / "tree.ply")
+    return tmp_path / "models"
+
+
+def files_of(folder):
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+@pytest.mark.parametrize("format", ["npz", "exr", "webdataset"])
+def test_data_sets(models, tmp_path, format, capsys):
+    command = ["dataset", "views", str(models), "--views", "3", "--size", "32x24", "--format", format]
+    assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
+    assert "wrote 3 views of 1 shapes" in capsys.readouterr().out
+    made = files_of(tmp_path / "one")
+    place = tmp_path / "one/below/tree.ply"
+    if format == "webdataset":
+        with tarfile.open(tmp_path / "one/below/tree.ply.tar") as tar:
+            assert tar.getnames() == [f"{i:05}.{ending}" for i in range(3) for ending in ("png", "npz", "json")]
+            about = json.load(tar.extractfile("00001.json"))
+            arrays = np.load(io.BytesIO(tar.extractfile("00001.npz").read()))
+        assert np.allclose(arrays["world_to_camera"], about["world_to_camera_opencv"])
+        (tmp_path / "one/below/tree.ply.tar").unlink()
+    else:
+        transforms = json.loads((place / "transforms.json").read_text())
+        assert (transforms["w"], transforms["h"], len(transforms["frames"])) == (32, 24, 3)
+        with Image.open(place / transforms["frames"][2]["file_path"]) as picture:
+            assert (picture.size, picture.mode) == ((32, 24), "RGBA")
+        (place / "transforms.json").unlink()  # as if it had been interrupted
+        (place / f"00001.{format}").unlink()
+    assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
+    assert files_of(tmp_path / "one") == made
+    assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
+    assert "1 shapes were there" in capsys.readouterr().out
+
+
+def test_unreadable_files_are_named(models, tmp_path, capsys):
+    (models / "broken.ply").write_text("ply\n")
+    command = ["dataset", "views", str(models), "-o", str(tmp_path / "out"), "--views", "1", "--size", "16x16"]
+    assert cli.main(command) == 1
+    assert "left out: broken.ply: " in capsys.readouterr().err
