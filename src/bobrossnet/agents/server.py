@@ -13,14 +13,15 @@ from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
-from bobrossnet.agents.measures import closed_volume, compared, described, rounded, told_volume
+from bobrossnet.agents.measures import compared, described, rounded, told_volume
 from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace, axes
-from bobrossnet.picture.camera import Camera
+from bobrossnet.measuring.volumes import closed_volume
+from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import before, png, sheet
 from bobrossnet.picture.order import check_size
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendering import render
-from bobrossnet.pictures.sheets import LAYOUT, VIEWS
+from bobrossnet.pictures.sheets import LAYOUT
 from bobrossnet.pictures.sheets import sheet as drawn_sheet
 from bobrossnet.shapes.mesh import check_mesh_path
 from bobrossnet.support.errors import InputError, check_choice

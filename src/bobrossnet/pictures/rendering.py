@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
@@ -48,7 +48,7 @@ Smaller differences need no more rays.
 
 def render(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     samples: int = 4,
@@ -110,7 +110,7 @@ def render(
     ((120, 160, 4), [255, 255, 255, 255])
     """
     scene = as_scene(scene, section)
-    camera = Camera() if camera is None else camera
+    camera = as_camera(camera, scene)
     check_picture(samples, background, size)
     lines = check_edges(edges)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
