@@ -9,12 +9,12 @@ from math import asin, degrees, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.picture.pose import Pose, pose_of
 from bobrossnet.pictures.rendering import Background, check_picture, render
-from bobrossnet.support.errors import InputError, InputTypeError, check_integer
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -72,7 +72,7 @@ class PosedView:
 
 def views(
     scene: SceneLike,
-    cameras: int | Iterable[Camera] = 24,
+    cameras: int | Iterable[Camera | str] = 24,
     channels: Sequence[str] = CHANNELS,
     *,
     size: SizeLike = (480, 640),
@@ -86,7 +86,7 @@ def views(
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
-    cameras : int or iterable of Camera
+    cameras : int, or iterable of Camera or names of views
         A number places perspective cameras evenly around the scene, the same ones each time.
     channels : sequence of "color", "depth", "normal", "instance"
     size, samples, background, light, ground
@@ -112,9 +112,12 @@ def views(
     scene, size = as_scene(scene), check_size(size)
     check_picture(samples, background, size)
     chosen = check_channels(channels)
-    if isinstance(cameras, Camera):
-        raise InputTypeError("cameras: expected a number or several cameras, got a Camera; put it in a list")
-    placed = around(cameras) if isinstance(cameras, int | np.integer) else [check_camera(each) for each in cameras]
+    if isinstance(cameras, int | np.integer) and not isinstance(cameras, bool):
+        placed = around(int(cameras))
+    elif isinstance(cameras, Camera | str):
+        raise InputTypeError("cameras: expected a number or several cameras, got one; put it in a list")
+    else:
+        placed = [as_camera(each, scene) for each in each_of("cameras", cameras, "a number or several cameras")]
     shown = {"size": size, "samples": samples, "background": background, "light": light, "ground": ground}
 
     def made() -> Iterator[PosedView]:
@@ -127,11 +130,11 @@ def views(
 
 def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
     """Return names of channels; raise InputError for unknown or repeated ones."""
-    chosen = (channels,) if isinstance(channels, str) else tuple(channels)
-    if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(CHANNELS):
-        raise InputError(
-            f"channels: expected some of {', '.join(CHANNELS)}, got {', '.join(map(str, chosen)) or 'none'}"
-        )
+    chosen = (channels,) if isinstance(channels, str) else tuple(each_of("channels", channels, "names of channels"))
+    for name in chosen:
+        check_choice("channels", name, CHANNELS)
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise InputError(f"channels: expected some of {', '.join(CHANNELS)}, got {brief(channels, of_type=False)}")
     return chosen
 
 

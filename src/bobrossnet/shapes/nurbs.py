@@ -278,7 +278,7 @@ class Brep(Shape):
             warn_coarse("surface")
         return surfaces
 
-    def _faces_in_core(self) -> list[_core.Surface]:
+    def _faces_in_core(self) -> list[Any]:
         return [
             (
                 with_weights(face.control_points, face.weights),
