@@ -13,7 +13,8 @@ from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.picture.pose import Pose, pose_of
-from bobrossnet.pictures.rendering import Background, check_picture, render
+from bobrossnet.pictures.background import Background
+from bobrossnet.pictures.rendering import check_picture, render
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
