@@ -354,3 +354,19 @@ def test_the_command_line_measures(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert [part["path"] for part in told["parts"]] == [["lower"], ["upper"]]
     assert told["unit"] == "in"
+
+
+@pytest.mark.parametrize("made", ["formula", "mesh"])
+def test_caps_of_sections_are_picked_and_measured(made):
+    from bobrossnet.sdf import box
+
+    shape = box(2) if made == "formula" else box(2).mesh(0.25)
+    scene = bob.Scene(shape, section="x=0.25")
+    found = bob.pick(scene, 120, 160, bob.Camera(azimuth=0, elevation=0), size=(240, 320))
+    assert (found.section, found.face) == (0, None)
+    assert np.allclose(found.point[0], 0.25, atol=1e-5)
+    assert np.allclose(found.normal, (1, 0, 0))
+    measured = bob.measure(found)
+    assert measured.kind == "plane"
+    assert measured.area is None
+    assert np.isclose(measured.thickness, 1.25, atol=1e-4)

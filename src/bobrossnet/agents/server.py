@@ -14,7 +14,7 @@ from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
 from bobrossnet.agents.measures import compared, described, rounded, told_volume
-from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace, axes
+from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace
 from bobrossnet.measuring.volumes import closed_volume
 from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import before, png, sheet
@@ -160,7 +160,8 @@ def _hit(space: Workspace, name: str, pixel: list[int]) -> dict[str, Any]:
 
 def _same_view(camera: Camera, reference: Scene, scene: Scene) -> Camera:
     """The camera by which a scene has the scale and place that the reference has by the given one."""
-    across = axes(camera)[:2]
+    right, up, *_ = camera.core(reference.center, reference.radius).pose(1, 1)
+    across = np.array([right, up])
     offset = across @ (reference.center - scene.center) + reference.radius * np.asarray(camera.pan)
     pan = offset / scene.radius
     return replace(camera, zoom=camera.zoom * scene.radius / reference.radius, pan=(float(pan[0]), float(pan[1])))

@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bobrossnet.adapters.files import load
 from bobrossnet.adapters.script import shape_of_script
@@ -27,17 +24,6 @@ MAX_SIDE = 2048
 
 PRIMITIVES = {"mesh": "triangle", "brep": "face"}
 """The parts of shapes that hits name."""
-
-
-def axes(camera: Camera) -> NDArray[np.float64]:
-    """(3, 3): the unit vectors to the right, up and toward an orthographic camera."""
-    core = replace(camera, zoom=1.0, pan=(0.0, 0.0)).core((0.0, 0.0, 0.0), 1.0)
-    # One pixel as wide as the unit sphere: its neighbours' centres are two radii apart.
-    places = np.array([(0, 0, 0.5), (0, 1, 0.5), (-1, 0, 0.5), (0, 0, 1)], np.float32)
-    middle, right, above, near = core.points(1, 1, places).astype(float)
-    vectors = np.array([right - middle, above - middle, near - middle])
-    directions: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return directions
 
 
 @dataclass(frozen=True)

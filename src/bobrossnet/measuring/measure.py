@@ -69,7 +69,7 @@ class FaceMeasures:
     """The face at a pick."""
 
     kind: str
-    """plane, cylinder, sphere, cone, torus or freeform; triangle of a mesh; else the shape's kind."""
+    """plane (also of a cap), cylinder, sphere, cone, torus or freeform; triangle of a mesh; else the shape's kind."""
     point: Point
     """(3,), as picked."""
     normal: Point
@@ -248,7 +248,9 @@ def _of_face(pick: Pick, scale: float, unit: str | None) -> FaceMeasures:
     instance = pick.scene.instances[pick.instance]
     shape = instance.shape
     surface, area = Surface("triangle" if isinstance(shape, Mesh) else shape.kind), None
-    if isinstance(shape, Brep):
+    if pick.section is not None:
+        surface = _surface_of(pick)
+    elif isinstance(shape, Brep):
         assert pick.face is not None
         surface = recognised(shape.faces[pick.face], instance.transform)
         area = _area(pick, shape, surface)
@@ -336,7 +338,7 @@ def _between(a: Pick, b: Pick, scale: float, unit: str | None) -> Between:
 
 def _surface_of(pick: Pick) -> Surface:
     instance = pick.scene.instances[pick.instance]
-    if isinstance(instance.shape, Mesh):
+    if pick.section is not None or isinstance(instance.shape, Mesh):
         return Surface("plane", pick.point, pick.normal)
     if not isinstance(instance.shape, Brep):
         return Surface("freeform")

@@ -28,7 +28,7 @@ class Pick:
     instance: int
     """Index into `Scene.instances`."""
     face: int | None
-    """Number of the shape's triangle or face; None for other shapes."""
+    """Number of the shape's triangle or face; None for other shapes and for caps of sections."""
     point: Point
     """(3,) in the scene's unit: exactly on a triangle or face, elsewhere to a millionth of the scene."""
     normal: Point
@@ -40,6 +40,8 @@ class Pick:
     unit: str | None
     """The scene's."""
     scene: Scene = field(repr=False)
+    section: int | None = None
+    """Index into `Scene.section` if the point is on a cap."""
 
 
 def pick(
@@ -94,15 +96,19 @@ def first_surface(scene: Scene, origin: Point, direction: Point) -> Pick | None:
     if number < 0:
         return None
     primitive, parameters = int(hits.primitive[0]), (float(hits.u[0]), float(hits.v[0]))
-    point, normal = surface_at(scene, number, primitive, parameters)
+    section = -2 - primitive if primitive < -1 else None
+    if section is not None:
+        point, normal = None, np.array(scene.section[section].normal)
+    else:
+        point, normal = surface_at(scene, number, primitive, parameters)
     if point is None:
         point = origin + hits.distance[0] * direction
     if normal @ direction > 0:
         normal = -normal
     shape = scene.instances[number].shape
-    face = primitive if isinstance(shape, Mesh | Brep) else None
+    face = primitive if isinstance(shape, Mesh | Brep) and section is None else None
     part = part_at(scene, number, primitive if face is not None else 0)
-    return Pick(part, number, face, point, normal, parameters, direction, scene.unit, scene)
+    return Pick(part, number, face, point, normal, parameters, direction, scene.unit, scene, section)
 
 
 def surface_at(

@@ -172,19 +172,7 @@ def _posed(
         seen = SceneTracer(scene, camera, size, Layout("mask,normal"))(pixels[which[found]]).values[:, 1:3]
         z = np.sqrt(np.maximum(1 - (seen**2).sum(axis=1, keepdims=True), 0))
         normal = np.zeros((*size, 3), np.float32)
-        normal[rows, columns] = _in_scene(np.hstack([seen, z]), directions[found], pose)
+        on_screen, places = np.hstack([seen, z]).astype(np.float32), np.stack([rows, columns], axis=1)
+        core = camera.core(scene.center, scene.radius)
+        normal[rows, columns] = core.in_scene(*size, on_screen, places.astype(np.float32))
     return PosedView(camera, size, pose, color, depth, normal, instance if "instance" in channels else None, mask)
-
-
-def _in_scene(normals: NDArray[np.float64], directions: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
-    """Return normals, (n, 3), from the screen space of each ray to the scene's (docs/reference/camera.md)."""
-    right, down, forward = pose.world_to_camera[:3, :3]
-    in_axes: NDArray[np.float64] = normals @ np.array([right, -down, -forward])
-    if pose.is_orthographic:
-        return in_axes
-    # The smallest rotation from the camera's z axis to each reversed ray (Rodrigues' formula).
-    toward, eye = -forward, -directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    both = toward + eye
-    along = (in_axes * both).sum(axis=1, keepdims=True) / (1 + eye @ toward)[:, None]
-    turned: NDArray[np.float64] = in_axes - along * both + 2 * (in_axes @ toward)[:, None] * eye
-    return turned
