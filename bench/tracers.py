@@ -1,8 +1,8 @@
 """Foreign tracers: sparse pixels completed along guides, compared with lower resolutions and fewer denoised paths.
 
 The scenes are Mitsuba's, in perspective and orthographic. Needs the extras `mitsuba` and `oidn`, and LLVM
-(DRJIT_LIBLLVM_PATH). Prints the tables of docs/results/tracers.md: `exact` without noise, `noise` with noise, by default
-both; with --held-out for the scenes on which no constant was tuned.
+(DRJIT_LIBLLVM_PATH). Prints the tables of docs/results/tracers.md: `exact` without noise, `noise` with noise, by
+default both; with --held-out for the scenes on which no constant was tuned.
 """
 
 from __future__ import annotations

@@ -93,6 +93,20 @@ Array<float, -1, 3> points(const bob::Camera& camera, int height, int width, con
     return result;
 }
 
+Array<float, -1, 3> in_scene(const bob::Camera& camera, int height, int width, const Points& directions,
+                             const Array<const float, -1, 2>& places) {
+    expect(directions.shape(0) == places.shape(0), "places: expected one for each direction");
+    const bob::Projection projection(camera, height, width);
+    auto result = make_array<float, -1, 3>(directions.shape(0), 3);
+    float* to = result.data();
+    for (std::size_t i = 0; i < directions.shape(0); ++i) {
+        const float* place = places.data() + 2 * i;
+        const bob::Vec3 direction = projection.in_scene(items<bob::Vec3>(directions)[i], place[0], place[1]);
+        *to++ = direction.x, *to++ = direction.y, *to++ = direction.z;
+    }
+    return result;
+}
+
 void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
                  std::uint32_t start, const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
@@ -198,7 +212,8 @@ void bind_picture(nb::module_& m) {
         }, "height"_a, "width"_a)
         .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert())
         .def("seen", &seen, "height"_a, "width"_a, "points"_a.noconvert())
-        .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert());
+        .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert())
+        .def("in_scene", &in_scene, "height"_a, "width"_a, "directions"_a.noconvert(), "places"_a.noconvert());
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
     nb::class_<bob::RoundOrder>(m, "RoundOrder")

@@ -13,6 +13,8 @@
 
 #include "base/parallel.h"
 #include "bindings.h"
+#include "nurbs/extremes.h"
+#include "nurbs/moments.h"
 #include "shapes/brep/brep.h"
 #include "shapes/implicit/contouring.h"
 #include "shapes/implicit/implicit.h"
@@ -189,33 +191,82 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
     return {degree(points.size(), knots), values(knots), {points.begin(), points.end()}};
 }
 
-/// Sequences of faces, their loops and the loops' curves, as in `_core.pyi`; control points end with their weights.
+/// A surface, its loops and the loops' curves, as in `_core.pyi`; control points end with their weights.
+bob::Face face_of(const nb::handle& face) {
+    using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
+    using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
+    const auto [control_points, knots_u, knots_v, loops] = nb::cast<Surface>(face);
+    const std::size_t size_u = control_points.shape(0), size_v = control_points.shape(1);
+    const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());
+    bob::Face target;
+    target.surface = {degree(size_u, knots_u), degree(size_v, knots_v), values(knots_u), values(knots_v),
+                      {points, points + size_u * size_v}};
+    for (const nb::handle loop : loops) {
+        bob::TrimLoop& curves = target.loops.emplace_back();
+        for (const nb::handle item : nb::cast<nb::sequence>(loop)) {
+            const auto [trim_points, trim_knots] = nb::cast<Curve>(item);
+            curves.push_back(curve<2>(trim_points, trim_knots));
+        }
+    }
+    return target;
+}
+
 /// `colors`: linear RGB of the faces. `numbers`: equal for pieces of one face.
 void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors,
                const std::optional<Array<const std::int32_t, -1>>& numbers) {
-    using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
-    using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) {
-        const auto [control_points, knots_u, knots_v, loops] = nb::cast<Surface>(face);
-        const std::size_t size_u = control_points.shape(0), size_v = control_points.shape(1);
-        const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());
-        bob::Face& target = converted.emplace_back();
-        target.surface = {degree(size_u, knots_u), degree(size_v, knots_v), values(knots_u), values(knots_v),
-                          {points, points + size_u * size_v}};
-        for (const nb::handle loop : loops) {
-            bob::TrimLoop& curves = target.loops.emplace_back();
-            for (const nb::handle item : nb::cast<nb::sequence>(loop)) {
-                const auto [trim_points, trim_knots] = nb::cast<Curve>(item);
-                curves.push_back(curve<2>(trim_points, trim_knots));
-            }
-        }
-    }
+    for (const nb::handle face : faces) converted.push_back(face_of(face));
     expect(!colors || colors->shape(0) == converted.size(), "colors: expected one for each face");
     for (std::size_t i = 0; colors && i < converted.size(); ++i) converted[i].color = items<bob::Vec3>(*colors)[i];
     expect(!numbers || numbers->shape(0) == converted.size(), "numbers: expected one for each face");
     for (std::size_t i = 0; numbers && i < converted.size(); ++i) converted[i].number = static_cast<std::uint32_t>(numbers->data()[i]);
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
+}
+
+bob::Face homogeneous_face_of(const nb::handle& face) {
+    bob::Face target = face_of(face);
+    bob::make_homogeneous<3>(target.surface.control_points);
+    for (bob::TrimLoop& loop : target.loops) {
+        for (bob::NurbsCurve<2>& curve : loop) bob::make_homogeneous<2>(curve.control_points);
+    }
+    return target;
+}
+
+/// (n, 3, 2): of each face its `bob::extremes` along each of three directions.
+Array<double, -1, 3, 2> face_extremes(const nb::sequence& faces, const Array<const double, 3, 3>& directions) {
+    std::vector<bob::Face> converted;
+    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
+    auto result = make_array<double, -1, 3, 2>(converted.size(), 3, 2);
+    interruptible([&] {
+        bob::parallel_for(3 * converted.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const double* row = directions.data() + 3 * (i % 3);
+                const bob::Face& face = converted[i / 3];
+                std::ranges::copy(bob::extremes(face.surface, face.loops, {row[0], row[1], row[2]}), result.data() + 2 * i);
+            }
+        });
+    });
+    return result;
+}
+
+/// (n, 15): area, normal, position and inside of `bob::Moments`, of each face.
+Array<double, -1, 15> face_moments(const nb::sequence& faces) {
+    std::vector<bob::Face> converted;
+    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
+    auto result = make_array<double, -1, 15>(converted.size(), 15);
+    interruptible([&] {
+        bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const bob::Moments found = bob::moments(converted[i].surface, converted[i].loops);
+                double* to = result.data() + 15 * i;
+                *to++ = found.area;
+                to = std::ranges::copy(found.normal, to).out;
+                to = std::ranges::copy(found.position, to).out;
+                std::ranges::copy(found.inside, to);
+            }
+        });
+    });
+    return result;
 }
 
 void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points, const Knots& knots) {
@@ -270,6 +321,8 @@ void bind_shapes(nb::module_& m) {
     m.def("find_bounds", &find_bounds, "formula"_a);
     m.def("vm_solid", &vm_solid, "formula"_a);
 
+    m.def("face_extremes", &face_extremes, "faces"_a, "directions"_a);
+    m.def("face_moments", &face_moments, "faces"_a);
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
         .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none(),
              "numbers"_a.noconvert().none() = nb::none())

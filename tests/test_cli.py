@@ -304,7 +304,7 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
             ["render", "--position", "-3,0,1", "--fov", "35", "--azimuth", "5"],
             "azimuth: expected none with a position",
         ),
-        (["render", "--up", "x"], "--up"),
+        (["render", "--up", "w"], "--up"),
         (["render", "--model", "oil"], "model: expected one of"),
         (["thumbs", ".", "-o", "out"], ".: expected shape files in it or below it, got none"),
         (["render", "-o", "no/such/folder.png"], "there is no folder"),

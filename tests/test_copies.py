@@ -41,13 +41,21 @@ def part() -> bob.GBuffer:
     return bob.trace(scene(), size=SIZE, fraction=0.3)
 
 
+def picked() -> bob.Pick:
+    found = bob.pick(bob.Mesh(SQUARE, [(0, 1, 2), (0, 2, 3)]), 12, 16, "top", size=SIZE)
+    assert found is not None
+    return found
+
+
 MAKERS: dict[str, Callable[[], Any]] = {
+    "Between": lambda: bob.measure(found := picked(), found),
     "Brep": surface,
     "Camera": lambda: bob.Camera(position=(3, 0, 1), fov=50),
     "Drawing": lambda: bob.draw(scene(), size=SIZE),
     "Edges": lambda: bob.Edges(2, "#c33", hidden=True),
     "Contours": lambda: bob.section(surface(), "x=0.5"),
     "Face": lambda: surface().faces[0],
+    "FaceMeasures": lambda: bob.measure(picked()),
     "Film": lambda: bob.orbit(scene(), frames=2, size=SIZE, samples=1),
     "Frame": lambda: next(iter(bob.progressive(scene(), size=SIZE, fraction=0.3))),
     "GBuffer": part,
@@ -58,8 +66,11 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "Glass": lambda: bob.Glass(ior=1.33, attenuation="#4a7", distance=0.5),
     "Light": lambda: bob.Light((1, 2, 3), angle=5, color="#fed"),
     "Material": lambda: bob.Material("#b87333", metallic=1),
+    "Measures": lambda: bob.measure(scene()),
     "Mesh": lambda: bob.Mesh(SQUARE, [(0, 1, 2), (0, 2, 3)], colors=SQUARE / 2),
     "Network": lambda: load_network("small"),
+    "Part": lambda: scene().part("red"),
+    "Pick": picked,
     "Picture": lambda: bob.render(scene(), size=SIZE, samples=1),
     "SDF2": lambda: sdf.circle(1) | sdf.rectangle(1),
     "SDF3": lambda: sdf.sphere(1).color("#c33") & sdf.box(1.5),

@@ -76,9 +76,9 @@ def test_a_cube_has_its_edges_and_no_others(kind, camera):
     scene = bob.Scene(CUBES[kind])
     drawing = bob.draw(scene, camera, size=SIZE, edges=bob.Edges(hidden=True))
     places = {edge: seen(scene, camera, CORNERS[list(edge)]) for edge in EDGES}
-    visible = along([places[edge] for edge in EDGES if HIDDEN_CORNER not in edge], 0.1)
+    visible = along([places[edge] for edge in EDGES if HIDDEN_CORNER not in edge], 0.25)
     assert farthest(along(drawing.visible), visible) < 0.3  # at corners, else 0.1
-    assert farthest(visible, along(drawing.visible, 0.1)) < 0.5  # the corners
+    assert farthest(visible[::2], along(drawing.visible, 0.25)) < 0.5  # the corners
     if kind == "formula":
         assert drawing.hidden == ()
     else:

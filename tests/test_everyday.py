@@ -124,7 +124,7 @@ def test_cameras_that_fit_leave_nothing_out(shape: bob.Shape) -> None:
         ),
         (lambda: bob.orbit(BALL).save("x.gif", fps=0), "fps: expected a number in [0.1, 100], got 0"),
         (lambda: bob.thumbnails("nowhere", "out"), "nowhere: expected a shape file or a folder of them"),
-        (lambda: bob.thumbnails(".", "out", up="x"), "up: expected one of y, z, got 'x'"),
+        (lambda: bob.thumbnails(".", "out", up="w"), "up: expected one of auto, x, y, z, -x, -y, -z, got 'w'"),
         (lambda: bob.thumbnails(".", "out", workers=0), "workers: expected an integer in 1..256, got 0"),
         (lambda: contact_sheet([]), "sheet: expected at least one thumbnail, got none"),
     ],

@@ -49,15 +49,20 @@ SLOW = {"workers", "scheduler"}
 """Arguments with values that start processes or connect to other machines."""
 
 LEFT_OUT = {
+    "Between": "made by measure",
     "Brep": "an argument of nurbs_surface, which makes one",
     "Drawing": "made by draw",
     "Contours": "made by section",
     "Face": "made by a Brep",
+    "FaceMeasures": "made by measure",
     "Frame": "made by progressive and View",
     "Hits": "made by closest_hits",
     "InputError": "an exception",
     "InputTypeError": "an exception",
     "InputWarning": "a warning",
+    "Measures": "made by measure",
+    "Part": "made by Scene.parts",
+    "Pick": "made by pick",
     "Picture": "made by render",
     "Shape": "abstract",
     "Tube": "made by nurbs_curve and polyline",
@@ -134,6 +139,8 @@ class Calls:
             {"scene": mesh, "cameras": [camera], "channels": ["depth"], "size": (8, 8), "samples": 1},
         )
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
+        yield "measure", bob.measure, {"what": bob.Scene(mesh, unit="mm"), "unit": "m"}
+        yield "pick", bob.pick, {"scene": mesh, "row": 0, "column": 0, "camera": camera, "size": (8, 8)}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}
         yield "implicit", bob.implicit, {"function": lambda x, y, z: x * x + y * y + z * z - 1}
@@ -181,6 +188,13 @@ class Calls:
         yield "GBuffer.sample", full.sample, {"fraction": 0.5}
         yield "Picture.save", bob.render(mesh, size=(8, 8)).save, {"path": self.folder / "a.png"}
         yield "Scene.mesh", scene.mesh, {"step": 0.5}
+        yield "Scene.part", scene.part, {"which": 0}
+        yield "Scene.color", scene.color, {"part": 0, "color": "red"}
+        yield "Scene.explode", scene.explode, {"factor": 1, "axis": "x"}
+        yield "Scene.turned", scene.turned, {"up": "y"}
+        yield "Scene.converted", bob.Scene(mesh, unit="mm").converted, {"unit": "m"}
+        yield "Camera.named", bob.Camera.named, {"view": "front"}
+        yield "View.pick", bob.View(scene, size=(8, 8)).pick, {"row": 0, "column": 0}
         yield "Scene.closest_hits", scene.closest_hits, {"origins": [(9, 0, 0)], "directions": [(-1, 0, 0)]}
         yield "Mesh.save", mesh.save, {"path": self.folder / "a.stl"}
         yield "Mesh.mesh", mesh.mesh, {"step": 0.5}

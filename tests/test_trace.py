@@ -282,7 +282,7 @@ def test_progress_ends_at_one(tree):
         (lambda: bob.trace(cube(), order="zigzag"), "order"),
         (lambda: bob.load(3), "source: expected a path, a shape or several, got int"),
         (lambda: bob.load([]), "shapes: expected at least one shape, got none"),
-        (lambda: bob.load(bob.happy_tree(), up="x"), "up: expected one of y, z, got 'x'"),
+        (lambda: bob.load(bob.happy_tree(), up="w"), "up: expected one of auto, x, y, z, -x, -y, -z, got 'w'"),
         (lambda: bob.Mesh(np.zeros((4, 2)), [[0, 1, 2]]), "vertices: expected shape (n, 3), got (4, 2)"),
         (
             lambda: bob.Mesh([[0, 0, np.inf]] * 3, [[0, 1, 2]]),

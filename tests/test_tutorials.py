@@ -94,7 +94,7 @@ SMALLER = {
     "range(90)": "range(3)",
     "--views 24": "--views 2",
     "cameras=24": "cameras=2",
-    "camera, background": 'camera, frames=3, size="64x48", background',
+    "bob.orbit(part, camera": 'bob.orbit(part, camera, frames=3, size="64x48"',
     "--elevation 30": "--elevation 30 --frames 3 --size 64x48",
     "fraction=0.1)": 'fraction=0.1, size="64x48")',
     'size="64x48", fraction=0.1, size="64x48"': 'size="64x48", fraction=0.1',

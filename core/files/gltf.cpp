@@ -175,7 +175,9 @@ private:
     void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const;
     void pose(Primitive& primitive, JsonValue stored, const Joints& joints) const;
     [[nodiscard]] const Joints& joints_of(JsonValue skin);
-    void add(Primitive primitive, const Rows& place);
+    void add(Primitive primitive, const Rows& place, int label);
+    [[nodiscard]] int label_of(std::size_t node);
+    [[nodiscard]] int new_label(std::string name, int parent);
 
     [[nodiscard]] JsonValue mesh_of(std::size_t node) const { return data_.item("meshes", nodes_[node]["mesh"]); }
 
@@ -186,6 +188,9 @@ private:
     const std::vector<JsonValue>&meshes_, &nodes_;
     std::vector<std::size_t> roots_;
     std::vector<Rows> places_;  // of nodes, in the axes of glTF
+    std::vector<std::optional<std::size_t>> parents_;  // of nodes
+    std::vector<std::optional<int>> labels_;           // of nodes
+    std::map<std::pair<int, std::string>, int> taken_;  // how many labels of a parent have a name
     std::vector<Drawn> drawn_;
     std::map<std::pair<bool, std::size_t>, Weights> weights_;  // of nodes, and of meshes
     std::map<double, Joints> joints_;   // by the numbers of skins
@@ -255,7 +260,8 @@ void Scene::check_meshes() const {
 /// Refuses nodes that do not form a tree: they could be reached in 2^n ways.
 void Scene::check_nodes() {
     const auto last = [](const std::vector<JsonValue>& list) { return static_cast<std::int64_t>(list.size()) - 1; };
-    std::vector<bool> has_parent(nodes_.size());
+    parents_.resize(nodes_.size());
+    labels_.resize(nodes_.size());
     std::size_t primitives = 0;
     bool is_tree = true;
     const auto listed = [](std::string_view name, JsonValue list) {
@@ -266,8 +272,8 @@ void Scene::check_nodes() {
         at_item("nodes", i, [&] {
             for (const JsonValue child : listed("children", nodes_[i]["children"])) {
                 const auto number = static_cast<std::size_t>(integer("children", child, 0, last(nodes_)));
-                is_tree = is_tree && !has_parent[number];
-                has_parent[number] = true;
+                is_tree = is_tree && !parents_[number];
+                parents_[number] = i;
             }
             if (const JsonValue mesh = nodes_[i]["mesh"]) {
                 primitives += meshes_[static_cast<std::size_t>(integer("mesh", mesh, 0, last(meshes_)))]["primitives"].size();
@@ -279,13 +285,13 @@ void Scene::check_nodes() {
     const std::vector<JsonValue>& scenes = data_.list("scenes");
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-        if (!has_parent[i]) order.push_back(i);
+        if (!parents_[i]) order.push_back(i);
     }
     if (data_.root()["scenes"]) {
         const JsonValue scene = scenes[static_cast<std::size_t>(integer("scene", data_.root()["scene"], 0, last(scenes), 0))];
         note(scene["extensions"]);
         for (const JsonValue root : listed("nodes", scene["nodes"])) {
-            is_tree = is_tree && !has_parent[static_cast<std::size_t>(integer("nodes", root, 0, last(nodes_)))];
+            is_tree = is_tree && !parents_[static_cast<std::size_t>(integer("nodes", root, 0, last(nodes_)))];
             roots_.push_back(index_of(root));
         }
     } else {
@@ -375,8 +381,38 @@ void Scene::draw(const Drawn& drawn) {
     // The joints place a mesh that has a skin; where its own node is does not matter.
     if (is_skinned) pose(primitive, drawn.primitive, at_place("skins", [&]() -> const Joints& { return joints_of(node["skin"]); }));
     const Rows& place = is_skinned ? identity : places_[drawn.node];
-    for (std::size_t i = 0; i + 1 < instances.size(); ++i) add(primitive, product(z_up, product(place, instances[i])));
-    add(std::move(primitive), product(z_up, product(place, instances.back())));
+    const int label = label_of(drawn.node);
+    for (std::size_t i = 0; i + 1 < instances.size(); ++i) add(primitive, product(z_up, product(place, instances[i])), label);
+    add(std::move(primitive), product(z_up, product(place, instances.back())), label);
+}
+
+/// The label of a node. One without a name has its mesh's, or else that of its parent.
+int Scene::label_of(std::size_t node) {
+    std::vector<std::size_t> path;
+    std::optional<std::size_t> above = node;
+    for (; above && !labels_[*above]; above = parents_[*above]) path.push_back(*above);
+    int label = above ? *labels_[*above] : -1;
+    for (; !path.empty(); path.pop_back()) {
+        std::string name(nodes_[path.back()]["name"].text().value_or(""));
+        if (const JsonValue mesh = mesh_of(path.back()); mesh && name.empty()) {
+            name = mesh["name"].text().value_or("");
+            if (name.empty()) name = "mesh " + std::to_string(index_of(nodes_[path.back()]["mesh"]) + 1);
+        }
+        if (!name.empty()) label = new_label(std::move(name), label);
+        labels_[path.back()] = label;
+    }
+    return label;
+}
+
+/// Appends a label. A second of one name becomes "name 2".
+int Scene::new_label(std::string name, int parent) {
+    const std::string first = name;
+    for (int& count = taken_[{parent, first}]; ++count > 1;) {
+        name = first + " " + std::to_string(count);
+        if (taken_.try_emplace({parent, name}, 1).second) break;
+    }
+    contents_.labels.push_back({std::move(name), parent});
+    return static_cast<int>(contents_.labels.size()) - 1;
 }
 
 /// Weights of the mesh's morph targets that are not 0: the node's, or else the mesh's.
@@ -564,7 +600,7 @@ void append(Numbers<double>& all, Numbers<double>&& more, std::size_t before, st
 }
 
 /// Adds a primitive to the part of its surface.
-void Scene::add(Primitive primitive, const Rows& place) {
+void Scene::add(Primitive primitive, const Rows& place, int label) {
     const auto [normal_place, is_mirrored] = of_normals(place);
     for (std::size_t i = 0; i < primitive.vertices.size(); i += 3) std::ranges::copy(moved(place, &primitive.vertices[i]), &primitive.vertices[i]);
     for (std::size_t i = 0; i < primitive.normals.size(); i += 3) std::ranges::copy(moved(normal_place, &primitive.normals[i], 0), &primitive.normals[i]);
@@ -579,6 +615,7 @@ void Scene::add(Primitive primitive, const Rows& place) {
         for (int k = 0; k < 3; ++k) corners[k] = corners[k] >= 0 && corners[k] < size ? corners[k] + first : -1;
         if (is_mirrored) std::swap(corners[0], corners[2]);  // the outside stays anticlockwise
     }
+    part.add_run(label, primitive.triangles.size() / 3);
     append(part.vertices, std::move(primitive.vertices), before, 3);
     append(part.normals, std::move(primitive.normals), before, 3);
     append(part.colors, std::move(primitive.colors), before, 3);

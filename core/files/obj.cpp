@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -94,6 +95,12 @@ public:
                 used_ = trimmed(words.rest());
                 continue;
             }
+            if (word == "o" || word == "g") {
+                (word == "o" ? object_ : group_) = trimmed(words.rest());
+                if (word == "o") group_ = {};  // groups are those of their object
+                label_.reset();
+                continue;
+            }
             if (word != "v" && word != "vn" && word != "vt" && word != "f") continue;
             Words numbers(words.rest().substr(0, words.rest().find('#')));
             if (word == "v") {
@@ -121,12 +128,13 @@ public:
             make_linear(colors_, 1);
         }
         Numbers<std::int32_t> groups;
-        if (has_materials_) {
-            for (std::size_t i = 0; i < materials_.size(); ++i) {
-                const std::int32_t size = polygons_.sizes.empty() ? 3 : polygons_.sizes[i];
-                groups.insert(groups.end(), Polygons::triangles(size), materials_[i]);
-            }
+        std::vector<Part> named(has_materials_ ? names_.size() : 1);  // only their runs: of each material
+        for (std::size_t i = 0; i < std::max(materials_.size(), labels_.size()); ++i) {
+            const std::size_t triangles = Polygons::triangles(polygons_.sizes.empty() ? 3 : polygons_.sizes[i]);
+            if (has_materials_) groups.insert(groups.end(), triangles, materials_[i]);
+            if (!labels_.empty()) named[has_materials_ ? static_cast<std::size_t>(materials_[i]) : 0].add_run(labels_[i], triangles);
         }
+        contents.labels = std::move(tree_);
         whole.triangles = triangulated(std::move(polygons_), points_, points, contents.warnings);
         if (whole.triangles.empty()) {
             whole.vertices = std::move(points_);
@@ -137,6 +145,7 @@ public:
         if (has_normals) whole.normals = picked(normals_, 3, vertices_.numbers(2));
         if (!colors_.empty()) whole.colors = picked(colors_, 3, points);
         if (!has_materials_) {
+            whole.runs = std::move(named[0].runs);
             contents.parts.push_back(std::move(whole));
             return contents;
         }
@@ -144,6 +153,7 @@ public:
         contents.parts = split(whole, groups, names_.size());
         std::unordered_map<std::string, int> images;
         for (std::size_t i = 0; i < names_.size(); ++i) {
+            contents.parts[i].runs = std::move(named[i].runs);
             const auto found = materials.find(names_[i]);
             if (found == materials.end() || contents.parts[i].triangles.empty()) {
                 contents.parts[i].uv.clear();
@@ -210,6 +220,17 @@ private:
         }
         polygons_.add(polygon_);
         if (has_materials_) materials_.push_back(material());
+        if (!label_) label_ = label(group_, label(object_, -1));
+        if (*label_ >= 0) labels_.resize(count_, -1);
+        if (++count_; *label_ >= 0 || !labels_.empty()) labels_.push_back(*label_);
+    }
+
+    /// The number of a name below a parent's; that of the parent if it is empty.
+    std::int32_t label(std::string_view name, std::int32_t parent) {
+        if (name.empty()) return parent;
+        const auto [found, is_new] = label_numbers_.try_emplace({parent, utf8(name)}, static_cast<std::int32_t>(tree_.size()));
+        if (is_new) tree_.push_back({found->first.second, parent});
+        return found->second;
     }
 
     /// The surface of a part, whose places on it are moved as the map says.
@@ -252,6 +273,12 @@ private:
     std::vector<std::string> names_{""};  // of materials, in the order in which faces have them
     std::unordered_map<std::string, std::int32_t> numbers_{{"", 0}};
     std::int32_t material_ = 0;
+    std::string_view object_, group_;
+    std::optional<std::int32_t> label_;  // of both, once a face has it
+    std::vector<Label> tree_;
+    std::map<std::pair<std::int32_t, std::string>, std::int32_t> label_numbers_;
+    std::vector<std::int32_t> labels_;  // of the polygons; empty until one has a label
+    std::size_t count_ = 0;             // of polygons
     std::optional<std::string_view> used_;  // the name of another one, until a face has it
 };
 

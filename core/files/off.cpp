@@ -151,7 +151,7 @@ Contents read_off(Bytes bytes, Beside&) {
         face_colors.set(i, rows.rest());
     }
     if (colors.are_numbered() || face_colors.are_numbered()) {
-        contents.warnings.push_back("colors were left out: they are numbers in a list of colors, which is not in the file");
+        contents.warnings.emplace_back("colors were left out: they are numbers in a list of colors, which is not in the file");
     }
     part.colors = std::move(colors).linear();
     if (part.colors.empty()) part.face_colors = of_triangles(std::move(face_colors).linear(), 3, polygons);

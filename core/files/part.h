@@ -43,6 +43,18 @@ struct Unset : std::allocator<T> {
 template <class T>
 using Numbers = std::vector<T, Unset<T>>;
 
+/// A name in the tree of a file's parts. Names of siblings differ.
+struct Label {
+    std::string name;  // UTF-8
+    int parent = -1;   // of Contents::labels; -1 is none
+};
+
+/// Consecutive triangles under one label.
+struct Run {
+    int label;  // of Contents::labels; -1 is none
+    std::int32_t count;
+};
+
 /// One mesh as the file stores it: indices unchecked, numbers perhaps not finite. A field is empty where the file has none.
 struct Part {
     Numbers<double> vertices;         // (V, 3)
@@ -53,7 +65,13 @@ struct Part {
     Numbers<double> alphas;           // (V, 1)
     std::vector<Numbers<double>> uv;  // each (V, 2), from the top left of the image, with all transforms applied
     int surface = -1;                 // of Contents::surfaces; -1 is plain white
-    std::string name;                 // UTF-8
+    std::vector<Run> runs;            // of all triangles; empty if the file names nothing
+
+    /// Continues the last run, or begins another.
+    void add_run(int label, std::size_t count) {
+        if (runs.empty() || runs.back().label != label) runs.push_back({label, 0});
+        runs.back().count += static_cast<std::int32_t>(count);
+    }
 };
 
 /// An image file: embedded, or next to the model.
@@ -92,6 +110,7 @@ struct Placement {
 /// Everything that a file shows.
 struct Contents {
     std::vector<Part> parts;
+    std::vector<Label> labels;          // parents come before their children
     std::vector<Placement> placements;  // if empty, each part is shown once, untransformed
     std::vector<Surface> surfaces;
     std::vector<Image> images;

@@ -127,9 +127,19 @@ std::string description(const Contents& contents) {
     json.key("parts"), json.open('[');
     for (const Part& part : contents.parts) {
         json.open('{');
-        json.key("name"), json.value(part.name);
+        json.key("runs"), json.open('[');
+        for (const Run& run : part.runs) json.value(std::int64_t{run.label}), json.value(std::int64_t{run.count});
+        json.close(']');
         json.key("surface"), json.value(part.surface);
         json.key("uv"), json.value(static_cast<std::int64_t>(part.uv.size()));
+        json.close('}');
+    }
+    json.close(']');
+    json.key("labels"), json.open('[');
+    for (const Label& label : contents.labels) {
+        json.open('{');
+        json.key("name"), json.value(label.name);
+        json.key("parent"), json.value(label.parent);
         json.close('}');
     }
     json.close(']');

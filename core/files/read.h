@@ -41,7 +41,7 @@ private:
 };
 
 /// All but numbers and embedded images, as JSON in ASCII:
-/// {"parts": [{"name", "surface", "uv": number of sets}], "placements": [part, ...],
+/// {"parts": [{"runs": [label, count, ...], "surface", "uv": number of sets}], "labels": [{"name", "parent"}], "placements": [part, ...],
 ///  "surfaces": [{"name", "layers": {"color" | "emission" | "metallic_roughness" | "mask": {"image", "wrap": ["repeat" | "clamp" |
 ///   "mirror", "..."], "uv"}}, "replaces_color": 0 or 1, "opacity": "opaque" | "cutout" | "translucent"}],
 ///  "images": [{"name", "label"}], "warnings": [...]}

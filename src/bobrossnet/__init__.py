@@ -20,6 +20,8 @@ from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.frames.frame import Frame
 from bobrossnet.frames.motion import View
 from bobrossnet.frames.progressive import progressive
+from bobrossnet.measuring.measure import Between, FaceMeasures, Measures, measure
+from bobrossnet.measuring.picking import Pick, pick
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.onnx import export
 from bobrossnet.page.notebooks import register, view
@@ -51,17 +53,20 @@ from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
+from bobrossnet.tracing.parts import Part
 from bobrossnet.tracing.scene import Hits, Scene
 from bobrossnet.tracing.section import Section
 from bobrossnet.tracing.trace import SceneTracer, trace
 
 __all__ = [
+    "Between",
     "Brep",
     "Camera",
     "Contours",
     "Drawing",
     "Edges",
     "Face",
+    "FaceMeasures",
     "Film",
     "Frame",
     "GBuffer",
@@ -75,7 +80,10 @@ __all__ = [
     "Instance",
     "Light",
     "Material",
+    "Measures",
     "Mesh",
+    "Part",
+    "Pick",
     "Picture",
     "Samples",
     "Scene",
@@ -94,9 +102,11 @@ __all__ = [
     "implicit",
     "load",
     "load_mesh",
+    "measure",
     "nurbs_curve",
     "nurbs_surface",
     "orbit",
+    "pick",
     "pixel_order",
     "polyline",
     "progressive",

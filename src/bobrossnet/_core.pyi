@@ -372,6 +372,8 @@ class Camera:
         column of what is not in front of the camera."""
     def points(self, height: int, width: int, seen: F32) -> F32:
         """The points, (n, 3), that are seen at rows, columns and depths (n, 3)."""
+    def in_scene(self, height: int, width: int, directions: F32, places: F32) -> F32:
+        """Directions (n, 3) of the screen space at rows and columns (n, 2), in the scene's axes."""
 
 def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
 
@@ -658,6 +660,13 @@ def basis_derivatives(degree: int, knots: F64, u: F64, order: int) -> tuple[NDAr
 
 def homogeneous(points: F64) -> F64:
     """Points (n, k), each with its weight behind it, multiplied by their weights, of which the largest becomes 1."""
+
+def face_extremes(faces: Sequence[Surface], directions: F64) -> F64:
+    """(n, 3, 2): the smallest and largest products of each face's points with each of three directions (3, 3)."""
+
+def face_moments(faces: Sequence[Surface]) -> F64:
+    """(n, 15): of each face its area, the integral (3,) of its unit normal, that of position times normal, (3, 3), and
+    (u, v) of a point inside."""
 
 def surface_derivatives(
     control_points: F64, knots_u: F64, knots_v: F64, degree_u: int, degree_v: int, u: F64, v: F64, order: int

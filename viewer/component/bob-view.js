@@ -83,7 +83,8 @@ const made = (name, fields = {}) => Object.assign(document.createElement(name), 
 /** Servers that import this module to render pages have no elements. */
 const Parent = /** @type {typeof HTMLElement} */ (globalThis.HTMLElement ?? Object);
 
-class Element extends Parent {
+/** Not named Element, which would hide the browser's from bundled modules. */
+class BobViewElement extends Parent {
   /** The package's version: elements with embedded parts, as in notebooks, differ from those with files. */
   static version = isSingleFile ? `${VERSION}-embedded` : VERSION;
   /** The attribute `base`: an address, or null if not set. @returns {string | null} */
@@ -171,7 +172,7 @@ class Element extends Parent {
   /** Takes over properties that were set before this class was known: they hide its accessors. */
   #takeOver() {
     const set = /** @type {Record<string, any>} */ (/** @type {unknown} */ (this));
-    for (const name of Object.keys(this).filter((name) => name in Element.prototype)) {
+    for (const name of Object.keys(this).filter((name) => name in BobViewElement.prototype)) {
       const value = set[name];
       delete set[name];
       set[name] = value;
@@ -229,7 +230,7 @@ class Element extends Parent {
       if (this.#viewing) this.#viewing.schedule.side = this.#side;
       this.#viewing?.change({});
     } else if (name === "base") {
-      Element.base = value;
+      BobViewElement.base = value;
     } else if (name === "loading") {
       this.#see();
     } else if (name === "auto-rotate" || name === "rotation-per-second") {
@@ -632,7 +633,7 @@ class Element extends Parent {
   }
 }
 
-reflect(Element, TEXTS, SWITCHES);
+reflect(BobViewElement, TEXTS, SWITCHES);
 
-/** @typedef {Element} BobView */
-export const BobView = define("bob-view", Element);
+/** @typedef {BobViewElement} BobView */
+export const BobView = define("bob-view", BobViewElement);

@@ -13,7 +13,7 @@
  * @typedef {{image: number, wrap: string[], uv: number}} Layer
  * @typedef {{name: string, layers: {color?: Layer, mask?: Layer, metallic_roughness?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
  *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as in core/files/read.h
- * @typedef {{parts: {name: string, surface: number, uv: number}[], placements: number[],
+ * @typedef {{parts: {runs: number[], surface: number, uv: number}[], labels: {name: string, parent: number}[], placements: number[],
  *   surfaces: Described[], images: {name: string, label: string}[], warnings: string[]}} Contents
  */
 

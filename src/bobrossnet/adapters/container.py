@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,10 @@ from bobrossnet.shapes.picture import Picture
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_flag, check_integer
 from bobrossnet.support.paths import MAX_BYTES, path_of
 from bobrossnet.support.tensors import tensor_file
+from bobrossnet.support.units import check_unit
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
@@ -37,6 +38,9 @@ FORMAT = "bobrossnet-scene"
 VERSIONS = ("1", "2", "3", "4", "5", "6")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
 meshes, the fifth textures that meshes share. Scenes are written in the first that has what they need."""
+
+PARTS = "parts"
+"""The entry of the metadata that has the unit and the tree of parts; readers may pass over it."""
 
 SHARED = "texture_of"
 """The tensor of a mesh that names the shape whose texture it has."""
@@ -90,7 +94,8 @@ def packed(scene: SceneLike) -> bytes:
     budget = Pictures()
     instances = []
     materials: dict[int, dict[str, Any]] = {}
-    placed = as_scene(scene).instances
+    whole = as_scene(scene)
+    placed = whole.instances
     for instance in placed:
         shape = instance.shape
         if not isinstance(shape, KINDS.get(shape.kind, ())):
@@ -128,7 +133,7 @@ def packed(scene: SceneLike) -> bytes:
         "5": _any(tensors, f".{SHARED}"),
         "6": _any(tensors, ".face_numbers"),
     }
-    data = layout(content, tensors, max(version for version in VERSIONS if needs[version]))
+    data = layout(content, tensors, max(version for version in VERSIONS if needs[version]), _parts_of(whole))
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
@@ -190,7 +195,41 @@ def read_scene(file: Path) -> Scene:
         raise InputError(f"instances: expected at most {MAX_INSTANCES:,}, got {len(instances):,}")
     shapes = _shapes(_list("shapes", content["shapes"]), tensors)
     materials: dict[str, Material] = {}
-    return Scene([_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)])
+    unit, has_front, pieces = _parts(metadata.get(PARTS), len(instances))
+    made = [_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)]
+    scene = Scene([replace(one, pieces=own) if own else one for one, own in zip(made, pieces, strict=True)], unit=unit)
+    scene.has_front = has_front
+    return scene
+
+
+def _parts_of(scene: Scene) -> dict[str, Any] | None:
+    """The unit, whether there is a front, and the pieces of each instance, pairs of a path and a count; or None."""
+    if scene.unit is None and not scene.has_front and not any(instance.pieces for instance in scene.instances):
+        return None
+    return {
+        "unit": scene.unit,
+        "has_front": scene.has_front,
+        "pieces": [instance.pieces for instance in scene.instances],
+    }
+
+
+def _parts(text: str | None, count: int) -> tuple[str | None, bool, list[Any]]:
+    """The unit, whether there is a front, and the pieces of each instance, which `Instance` checks."""
+    if text is None:
+        return None, False, [()] * count
+    content = _fields(PARTS, read_json(text), "unit", "has_front", "pieces")
+    has_front = check_flag(f"{PARTS}.has_front", content["has_front"])
+    pieces = _list(f"{PARTS}.pieces", content["pieces"])
+    if len(pieces) != count:
+        raise InputError(f"{PARTS}.pieces: expected those of {count:,} instances, got {len(pieces):,}")
+    unit = check_unit(f"{PARTS}.unit", content["unit"])
+    return unit, has_front, [[_piece(piece) for piece in _list(f"{PARTS}.pieces", own)] for own in pieces]
+
+
+def _piece(piece: Any) -> Any:
+    """Tuples of lists; other values as they are."""
+    is_pair = isinstance(piece, list) and len(piece) == 2 and isinstance(piece[0], list)
+    return (tuple(piece[0]), piece[1]) if is_pair else piece
 
 
 def _check_header(data: bytes, name: str = "") -> None:
@@ -285,13 +324,16 @@ def _list(place: str, value: Any) -> list[Any]:
 # ---- Layout ----------------------------------------------------------------------------------------------
 
 
-def layout(scene: Any, tensors: Mapping[str, NDArray[Any]], version: str = VERSIONS[0]) -> bytes:
+def layout(
+    scene: Any, tensors: Mapping[str, NDArray[Any]], version: str = VERSIONS[0], parts: dict[str, Any] | None = None
+) -> bytes:
     """The file with zeros for its checksum."""
     metadata = {
         "sha256": "0" * 64,
         "format": FORMAT,
         "version": version,
         "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")),
+        **({} if parts is None else {PARTS: json.dumps(parts, separators=(",", ":"))}),
     }
     return tensor_file(metadata, tensors)
 

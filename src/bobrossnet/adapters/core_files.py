@@ -12,21 +12,28 @@ import numpy as np
 
 from bobrossnet import _core
 from bobrossnet.adapters.beside import Beside
-from bobrossnet.adapters.part import Part, converted, counted, placed
+from bobrossnet.adapters.part import MAX_DEPTH, Found, Part, converted, counted, placed
 from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line, warn_of
+from bobrossnet.tracing.instance import Piece
 from bobrossnet.tracing.material import Material
 
 VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV = range(6)
 """Numbers of a part's arrays; behind the last are further sets of uv."""
 
 MATERIAL = ("ambient", "diffuse", "specular", "shininess", "metallic", "roughness")
+UNNAMED = "unnamed"
+"""Name of what a file does not name next to what it does."""
+
+GLTF = (".gltf", ".glb")
+"""Endings of files in metres; the others say no unit."""
+
 OF_SURFACE, OF_PLACEMENT = 13, 16
 """Numbers."""
 
 
-def read_in_core(file: Path) -> list[Part]:
+def read_in_core(file: Path) -> Found[Part]:
     """The parts of a mesh file, each where the file places it.
 
     Raises
@@ -55,10 +62,12 @@ def read_in_core(file: Path) -> list[Part]:
         warn_of(file, warning)
     images = _Images(Textures(file, beside), contents["images"], reading)
     surfaces = [images.surface(described) for described in contents["surfaces"]]
+    contents["paths"] = _paths(contents["labels"])
     parts = [_part(reading, number, part, surfaces, contents) for number, part in enumerate(contents["parts"])]
+    unit = "m" if file.suffix.lower() in GLTF else None
     if not contents["placements"]:
-        return parts
-    total, shown = 0, []
+        return Found(parts, unit)
+    total, shown = 0, Found[Part](unit=unit)
     for number, matrix in zip(contents["placements"], numbers[of_surfaces:].reshape(-1, 4, 4), strict=True):
         part = parts[number]
         total = counted(total, len(part.vertices) + len(part.triangles))
@@ -90,7 +99,18 @@ def _part(
         fields["uv"] = reading.field(number, UV + layer["uv"])
     if surface.texture is None or not described["replaces_color"]:
         fields |= {"colors": reading.field(number, COLORS), "face_colors": reading.field(number, FACE_COLORS)}
-    return Part(vertices, triangles, surface=surface, **fields)
+    runs = zip(part["runs"][::2], part["runs"][1::2], strict=True)
+    pieces = tuple(Piece(contents["paths"][label], count) for label, count in runs)
+    return Part(vertices, triangles, surface=surface, runs=pieces, **fields)
+
+
+def _paths(labels: list[dict[str, Any]]) -> list[tuple[str, ...]]:
+    """The path of each label; at its end, that of no label."""
+    paths: list[tuple[str, ...]] = []
+    for label in labels:
+        above = paths[label["parent"]] if label["parent"] >= 0 else ()
+        paths.append((*above[: MAX_DEPTH - 1], one_line(label["name"]) or UNNAMED))
+    return [*paths, (UNNAMED,)]
 
 
 class _Images:

@@ -17,18 +17,19 @@ import numpy as np
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
-from bobrossnet.adapters.core_files import read_in_core
+from bobrossnet.adapters.core_files import GLTF, read_in_core
 from bobrossnet.adapters.foreign import is_foreign, shapes_of
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.opencascade import read_iges, read_step
-from bobrossnet.adapters.part import Part
+from bobrossnet.adapters.part import Found, Part
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
+from bobrossnet.shapes.affine import TURNS
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
@@ -42,7 +43,7 @@ from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
 SAMPLE = "sample:"
 """Begins the name of a shape that the package brings."""
 
-MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
+MESH_READERS: dict[str, Callable[[Path], Found[Part]]] = {
     ".ply": read_in_core,
     ".obj": read_in_core,
     ".stl": read_in_core,
@@ -85,6 +86,11 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 """The endings of all files that are read, by what these hold."""
 
+SILENT = (".ply", ".obj", ".stl", ".off")
+"""Endings of meshes whose format does not say which axis is up."""
+
+UPS = ("auto", *TURNS)
+
 Source: TypeAlias = str | bytes | os.PathLike[Any] | Scene | Instance | Shape
 
 
@@ -99,8 +105,10 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say;
         instances are named after their files where these have no names for them. "sample:gear" is a shape of the
         gallery. Meshes and scenes of trimesh are taken as they are.
-    up : "z" or "y"
-        The axis that points up in `source`; y is turned to z, as by `Scene.turned_upright`.
+    up : str
+        The axis that points up in `source`, "z", "y", "x", "-z", "-y" or "-x"; it is turned to z, as by `Scene.turned`.
+        "auto" is "z", except for .ply, .obj, .stl and .off, whose formats don't say: "y" where the shape otherwise
+        seems to lie on its back, with a warning of one line.
 
     Returns
     -------
@@ -118,16 +126,45 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     """
     check_up(up)
     is_one = is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source)
-    each = [source] if is_one else each_of("source", source, "a path, a shape or several")
+    each = [source] if is_one else list(each_of("source", source, "a path, a shape or several"))
     items = [_loaded(item) if is_path(item) else item for item in each]
+    _warn_of_units(each, items)
     only = items[0] if len(items) == 1 else None
+    if up == "auto":
+        items, up = _upright(each, items), "z"
+        only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
-    return scene.turned_upright() if up == "y" else scene
+    return scene.turned(up)
+
+
+def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
+    """Turn all meshes of files that don't say which axis is up, if together they seem to lie."""
+    from bobrossnet.pictures.upright import seems_to_lie  # it builds on scenes of files
+
+    silent = [is_path(source) and Path(os.fsdecode(source)).suffix.lower() in SILENT for source in sources]
+    scenes = [as_scene(item) for item, is_silent in zip(items, silent, strict=True) if is_silent]
+    if not scenes or not seems_to_lie(scenes[0] if len(scenes) == 1 else Scene(scenes)):
+        return items
+    name = name_of(path_of(sources[silent.index(True)])) + (" and others" if len(scenes) > 1 else "")
+    text = f"{name}: seems to lie on its back, so its y is taken as up; up z shows it as stored"
+    warnings.warn(text, InputWarning, stacklevel=3)
+    return [as_scene(item).turned("y") if own else item for item, own in zip(items, silent, strict=True)]
+
+
+def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
+    """Say in a line which unit is taken for files that don't say theirs, next to others that do."""
+    units = [item.unit for item in items if isinstance(item, Scene)]
+    unit = next(filter(None, units), None)
+    for source, item in zip(sources, items, strict=True):
+        if unit is not None and is_path(source) and isinstance(item, Scene) and item.unit is None:
+            name = one_line(os.fsdecode(source).rpartition("/")[2])
+            text = f"{name}: its lengths are taken as {unit}, the unit of the other files; it does not say its own"
+            warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def check_up(up: str) -> None:
     """Raise InputError unless it is an axis that points up in files."""
-    check_choice("up", up, ("y", "z"))
+    check_choice("up", up, UPS)
 
 
 def _shapes_of(value: Any) -> SceneLike | None:
@@ -150,7 +187,9 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
         read = _read_mesh(path, shapes)
         with _errors_of_one_line(file, "mesh"):
             instances = [*(read.instances(file.name) if len(read.part.triangles) else ()), *shapes]
-        return instances[0] if len(instances) == 1 else Scene(instances)
+            scene = Scene(instances, unit=read.unit)
+            scene.has_front = ending in GLTF  # it says that +z is its front, which is -y once it stands
+            return scene
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         check_file(file)
         if ending in IMPLICIT_READERS:
@@ -158,7 +197,9 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
-            return as_scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
+            found = INSTANCE_READERS[ending](file)
+            # Made here, so that its errors name the file.
+            return Scene(found, unit=found.unit) if isinstance(found, Found) else as_scene(found)
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 

@@ -14,7 +14,7 @@ from bobrossnet.adapters.surface import Surface
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.errors import InputError
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.scene import MAX_INSTANCES
 
 FIRST = 64
@@ -31,6 +31,11 @@ class Joined(NamedTuple):
     """Those that look different."""
     surface: NDArray[np.int32] | None
     """(T,) which of them each triangle has; None where there is one."""
+    paths: tuple[tuple[str, ...], ...] = ()
+    """Places in the tree of parts."""
+    path: NDArray[np.int32] | None = None
+    """(T,) which of them each triangle has, None where there is at most one."""
+    unit: str | None = None
 
     def drawn(self) -> Joined:
         """Only triangles that can be drawn, and what they use.
@@ -92,7 +97,18 @@ class Joined(NamedTuple):
             ),
             self.surfaces,
             some(self.surface, triangles),
+            self.paths,
+            some(self.path, triangles),
+            self.unit,
         )
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """The runs of triangles with one path."""
+        if self.path is None:
+            return tuple(Piece(path) for path in self.paths)
+        ends = np.append(np.flatnonzero(np.diff(self.path)) + 1, len(self.path))
+        counts = np.diff(ends, prepend=0)
+        return tuple(Piece(self.paths[self.path[end - 1]], int(n)) for end, n in zip(ends, counts, strict=True))
 
     def instances(self, name: str) -> list[Instance]:
         """One for each surface; of several, those have names of their own that have one in the file.
@@ -106,13 +122,15 @@ class Joined(NamedTuple):
             raise InputError(f"materials: expected at most {MAX_INSTANCES:,}, got {len(self.surfaces):,}")
         if self.surface is None:
             (surface,) = self.surfaces
-            return [Instance(_mesh(self.part, surface), material=surface.material, name=name)]
+            return [Instance(_mesh(self.part, surface), material=surface.material, name=name, pieces=self.pieces())]
         instances = []
         whole = self._replace(part=_with_normals(self.part))
         for surface, triangles in zip(self.surfaces, rows_of(self.surface, len(self.surfaces)), strict=True):
             if len(triangles):
-                mesh = _mesh(whole.of(triangles).part, surface)
-                instances.append(Instance(mesh, material=surface.material, name=surface.name or name))
+                own = whole.of(triangles)
+                mesh = _mesh(own.part, surface)
+                named = surface.name or name
+                instances.append(Instance(mesh, material=surface.material, name=named, pieces=own.pieces()))
         return instances
 
     def mesh(self) -> Mesh:
@@ -153,9 +171,21 @@ def joined(parts: Sequence[Part]) -> Joined:
         numbers.append(places.setdefault(surface.look, len(places)))
         if len(places) > len(surfaces):
             surfaces.append(surface)
-    if len(surfaces) < 2:
-        return Joined(part, surfaces or [Surface()], None)
-    return Joined(part, surfaces, np.repeat(np.array(numbers, np.int32), [len(part.triangles) for part in parts]))
+    of_triangles = None
+    if len(surfaces) > 1:
+        of_triangles = np.repeat(np.array(numbers, np.int32), [len(part.triangles) for part in parts])
+    return Joined(part, surfaces or [Surface()], of_triangles, *_paths(parts), getattr(parts, "unit", None))
+
+
+def _paths(parts: Sequence[Part]) -> tuple[tuple[tuple[str, ...], ...], NDArray[np.int32] | None]:
+    """The different paths of all parts, and which of them each triangle has."""
+    shown = [part for part in parts if len(part.triangles)]
+    if not shown or not all(part.runs for part in shown):
+        return (), None
+    places: dict[tuple[str, ...], int] = {}
+    runs = [(places.setdefault(path, len(places)), count) for part in shown for path, count in part.runs]
+    numbers = np.repeat(*np.array(runs, np.int32).T) if len(places) > 1 else None
+    return tuple(places), numbers
 
 
 def _field(parts: Sequence[Part], name: str, like: str, width: int, fill: float) -> NDArray[np.float64] | None:

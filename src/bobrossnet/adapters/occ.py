@@ -40,9 +40,10 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed, Triangles
-from bobrossnet.adapters.part import Part, placed
+from bobrossnet.adapters.part import Names, Part, placed
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line
 
 # Assemblies of assemblies can repeat one part without end.
 MAX_INSTANCES = 100_000
@@ -80,7 +81,7 @@ def read_assembly(kind: str, file: str) -> Assembly:
     walk = _Walk()
     for label in _children(XCAFDoc_DocumentTool.ShapesLabel_s(document.Main())):
         if walk.tool.IsShape_s(label) and walk.tool.IsFree_s(label):
-            walk.visit(label, np.eye(4), None)
+            walk.visit(label, np.eye(4), None, ())
     if walk.total == 0:
         held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
         raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
@@ -111,6 +112,7 @@ class _Walk:
 
     def __init__(self) -> None:
         self.tool = XCAFDoc_ShapeTool
+        self.names = Names()
         self.parts: list[list[Body]] = []
         self.placed: list[Placed] = []
         self.indices: dict[str, int] = {}  # of parts, by the entries of their labels
@@ -118,7 +120,7 @@ class _Walk:
         self.dropped: list[str] = []
         self.others = {"hidden parts": 0, "curves": 0, "points": 0}
 
-    def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None) -> None:
+    def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None, parent: tuple[str, ...]) -> None:
         """Collect what a label holds; it is of the colour `inherited` where the file gives it none."""
         self.visited += 1
         if self.visited > MAX_INSTANCES:
@@ -126,7 +128,7 @@ class _Walk:
         if not XCAFDoc_ColorTool.IsVisible_s(label):
             self.others["hidden parts"] += 1
             return
-        color = _color(label)
+        color, name = _color(label), _name(label)
         if self.tool.IsReference_s(label):
             matrix = matrix @ _matrix(self.tool.GetLocation_s(label).Transformation())
             referred = TDF_Label()
@@ -134,12 +136,13 @@ class _Walk:
             label = referred
             color = color or _color(label)
         color = color or inherited
+        path = self.names.path(parent, one_line(_name(label) or name) or "part")
         if self.tool.IsAssembly_s(label):
             for component in _children(label):
                 if self.tool.IsComponent_s(component):
-                    self.visit(component, matrix, color)
+                    self.visit(component, matrix, color, path)
         else:
-            self.placed.append(Placed(self.part(label), matrix, _name(label), color))
+            self.placed.append(Placed(self.part(label), matrix, _name(label), path, color))
 
     def part(self, label: Any) -> int:
         """The index of a label's part, which is converted when it is first met."""

@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart, check_library
 from bobrossnet.adapters.joined import joined
-from bobrossnet.adapters.part import Part
+from bobrossnet.adapters.part import Found, Part
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import name_of, one_line, warn_of
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
 # Bytes at a file's beginning and end that identify it.
 LOOKED_AT = 4096
+
+# To which OpenCascade converts the lengths of all files.
+UNIT = "mm"
 
 Color = tuple[float, float, float]  # linear RGB
 
@@ -68,6 +71,7 @@ class Placed(NamedTuple):
     part: int  # index of its bodies
     matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
     name: str  # empty: none
+    path: tuple[str, ...]  # in the tree of parts
     color: Color | None
 
 
@@ -80,7 +84,7 @@ class Assembly(NamedTuple):
     total: int
 
 
-def read_step(file: Path) -> list[Instance]:
+def read_step(file: Path) -> Found[Instance]:
     """The solids and shells of a STEP file, in millimetres, to which OpenCascade converts other units.
 
     Parameters
@@ -90,7 +94,7 @@ def read_step(file: Path) -> list[Instance]:
 
     Returns
     -------
-    list of Instance
+    list of Instance, with their unit
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; of a
         material in its colour, or a white one where its faces have several. Faces that AP242 stores as triangles
         without a surface are meshes next to these. Named after the file's products, or the file where these have no
@@ -109,12 +113,12 @@ def read_step(file: Path) -> list[Instance]:
     return _read(file, "STEP")
 
 
-def read_iges(file: Path) -> list[Instance]:
+def read_iges(file: Path) -> Found[Instance]:
     """The surfaces, shells and solids of an IGES file, in millimetres; otherwise like `read_step`."""
     return _read(file, "IGES")
 
 
-def _read(file: Path, kind: str) -> list[Instance]:
+def _read(file: Path, kind: str) -> Found[Instance]:
     check_library("OCP", "OpenCascade", file)
     (_check_step if kind == "STEP" else _check_iges)(file)
     assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
@@ -130,7 +134,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
         raise InputError(f"expected faces, got {assembly.total:,} that can't be converted ({dropped[0]})")
     if dropped:
         warn_of(file, f"left out {len(dropped):,} of {assembly.total:,} faces ({dropped[0]})")
-    return instances
+    return Found(instances, UNIT)
 
 
 def _check_step(file: Path) -> None:
@@ -186,7 +190,10 @@ class _Solid:
 
     def placed(self, place: Placed, name: str) -> list[Instance]:
         """The faces with a surface, and those of triangles by their colours."""
-        meshes = [Instance(mesh, place.matrix, _material(color or place.color), name) for mesh, color in self.meshes]
+        of_place = name, [Piece(place.path)]
+        meshes = [
+            Instance(mesh, place.matrix, _material(color or place.color), *of_place) for mesh, color in self.meshes
+        ]
         return [self._surfaces(place, name), *meshes] if self.faces else meshes
 
     def _surfaces(self, place: Placed, name: str) -> Instance:
@@ -195,12 +202,12 @@ class _Solid:
         if len(colors) == 1:
             (color,) = colors
             self.plain = self.plain or Brep(self.faces, self.tolerance, self.numbers)
-            return Instance(self.plain, place.matrix, _material(color), name)
+            return Instance(self.plain, place.matrix, _material(color), name, [Piece(place.path)])
         if place.color not in self.painted:
             faces = zip(self.faces, self.colors, strict=True)
             painted = [_painted(face, color or place.color) for face, color in faces]
             self.painted[place.color] = Brep(painted, self.tolerance, self.numbers)
-        return Instance(self.painted[place.color], place.matrix, None, name)
+        return Instance(self.painted[place.color], place.matrix, None, name, [Piece(place.path)])
 
 
 def _material(color: Color | None) -> Material | None:

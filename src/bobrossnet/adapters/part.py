@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.support.errors import InputError
+from bobrossnet.tracing.instance import Piece
 
 # Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
 MAX_ITEMS = 100_000_000
@@ -45,6 +46,36 @@ def concatenated(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return result
 
 
+MAX_DEPTH = 32
+"""Of trees of parts: deeper names are left out, since paths of n names take n² memory in a tree as deep."""
+
+Item = TypeVar("Item")
+
+
+class Found(list[Item]):
+    """The parts or instances of a file, and its unit."""
+
+    def __init__(self, items: Iterable[Item] = (), unit: str | None = None) -> None:
+        super().__init__(items)
+        self.unit = unit
+
+
+class Names:
+    """The names of a tree of parts, which differ among siblings."""
+
+    def __init__(self) -> None:
+        self._counts: dict[tuple[str, ...], int] = {}
+
+    def path(self, parent: tuple[str, ...], name: str) -> tuple[str, ...]:
+        """A new path below a parent's. A second of one name becomes "name 2"."""
+        first = path = (*parent[: MAX_DEPTH - 1], name)
+        while path in self._counts:
+            self._counts[first] += 1
+            path = (*first[:-1], f"{name} {self._counts[first]}")
+        self._counts[path] = 1
+        return path
+
+
 class Part(NamedTuple):
     """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
 
@@ -60,6 +91,7 @@ class Part(NamedTuple):
     alphas: NDArray[np.float64] | None = None  # (V, 1)
     uv: NDArray[np.float64] | None = None  # (V, 2), of the surface's texture, from its top left on
     surface: Surface = Surface()
+    runs: tuple[Piece, ...] = ()  # names of all triangles; empty where the file has none
 
 
 def rows_of(numbers: NDArray[Any], count: int) -> list[NDArray[np.int64]]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart, check_library, limit
 from bobrossnet.adapters.opennurbs import brep_loops
+from bobrossnet.adapters.part import Found, Names
 from bobrossnet.color import from_srgb
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
@@ -25,7 +26,8 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.messages import name_of, one_line, warn_of
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.support.units import unit_of_word
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
 # A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
@@ -57,7 +59,7 @@ UNCHOSEN = 0.02
 F64: TypeAlias = NDArray[np.float64]
 
 
-def read_3dm(file: Path) -> list[Instance]:
+def read_3dm(file: Path) -> Found[Instance]:
     """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
     Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
@@ -80,11 +82,11 @@ def read_3dm(file: Path) -> list[Instance]:
     instances, notes = call_apart(__name__, "read_apart", str(file))
     for note in notes:
         warnings.warn(note, InputWarning, stacklevel=2)
-    found: list[Instance] = instances
+    found: Found[Instance] = instances
     return found
 
 
-def read_apart(file: str) -> tuple[list[Instance], list[str]]:
+def read_apart(file: str) -> tuple[Found[Instance], list[str]]:
     """What `read_3dm` returns and warns of, in a separate process: damaged files crash rhino3dm."""
     path = Path(file)
     limit(path.stat().st_size)
@@ -94,14 +96,15 @@ def read_apart(file: str) -> tuple[list[Instance], list[str]]:
     return instances, [str(warning.message) for warning in caught if issubclass(warning.category, InputWarning)]
 
 
-def read_here(file: Path) -> list[Instance]:
+def read_here(file: Path) -> Found[Instance]:
     """`read_3dm` in this process."""
     import rhino3dm
 
     document = rhino3dm.File3dm.Read(str(file))
     if document is None:
         raise InputError("expected a Rhino file, got something else or a part of one")
-    return _Reader(document, file).instances()
+    unit = unit_of_word(document.Settings.ModelUnitSystem.name)
+    return Found(_Reader(document, file).instances(), unit)
 
 
 class Look(NamedTuple):
@@ -117,6 +120,8 @@ class Object(NamedTuple):
     """What is to be known of an object wherever it is seen."""
 
     name: str
+    path: tuple[str, ...]
+    """Its layers and its own name; within a block, only the last counts."""
     look: Look
     display_of_block: bool
     """Whether within a block it has the display colour of the block instead."""
@@ -161,10 +166,13 @@ class _Reader:
 
     def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
         """The instances of objects; a block has those of the objects in it."""
-        waiting: list[tuple[str, Matrix, Look | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
+        names = Names()
+        waiting: list[tuple[str, Matrix, Look | None, tuple[str, ...] | None]] = [
+            (key, IDENTITY, None, None) for key in reversed(keys)
+        ]
         in_blocks = 0
         while waiting:
-            key, matrix, block = waiting.pop()
+            key, matrix, block, of_block = waiting.pop()
             if key not in self.objects:
                 self.objects[key] = self.object(key)
             item = self.objects[key]
@@ -177,16 +185,17 @@ class _Reader:
                     block.material if item.material_of_block else look.material,
                 )
             inner = matrix @ item.matrix
+            path = names.path(item.path[:-1] if of_block is None else of_block, item.path[-1])
             in_blocks += len(item.children)
             if in_blocks > MAX_IN_BLOCKS:
                 raise InputError(
                     f"expected at most {MAX_IN_BLOCKS:,} objects in blocks, got more; does one hold itself?"
                 )
-            waiting += [(child, inner, look) for child in reversed(item.children)]
+            waiting += [(child, inner, look, path) for child in reversed(item.children)]
             if item.shape is not None:
                 material = Material() if item.shape.is_colored else _material(look)  # its own colours stand for it
                 try:
-                    yield Instance(item.shape, inner, material, item.name)
+                    yield Instance(item.shape, inner, material, item.name, [Piece(path)])
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -203,6 +212,7 @@ class _Reader:
             return None
         name = one_line(attributes.Name or (layer and layer.Name) or name_of(self.file))
         look = self.look(attributes, layer)
+        path = (*map(one_line, layer.FullPath.split("::") if layer else ()), one_line(attributes.Name) or kind.lower())
         of_block = (
             attributes.ColorSource.name == "ColorFromParent",
             attributes.MaterialSource.name == "MaterialFromParent",
@@ -211,12 +221,14 @@ class _Reader:
             block = self.document.InstanceDefinitions.FindId(geometry.ParentIdefId)
             children = tuple(map(str, block.GetObjectIds())) if block else ()
             matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
-            return Object(name, look, *of_block, matrix=matrix, children=children)
+            if not attributes.Name and block and block.Name:
+                path = (*path[:-1], one_line(block.Name))
+            return Object(name, path, look, *of_block, matrix=matrix, children=children)
         if kind not in ("Brep", "Extrusion", "Surface", "Mesh", "SubD"):
             self.not_shown[kind.lower()] += 1
             return None
         shape = self.shape(geometry, kind)
-        return None if shape is None else Object(name, look, *of_block, shape)
+        return None if shape is None else Object(name, path, look, *of_block, shape)
 
     def shows(self, layer: Any) -> bool:
         """Whether a layer and those that it lies in are switched on."""

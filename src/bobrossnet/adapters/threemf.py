@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, NamedTuple, TypeAlias
 from zipfile import BadZipFile, ZipFile
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from bobrossnet._core import ColorFormula
 from bobrossnet.adapters.opc import Package
-from bobrossnet.adapters.part import Part, counted, placed
+from bobrossnet.adapters.part import Found, Names, Part, counted, placed
 from bobrossnet.adapters.threemf_beams import Lattice
 from bobrossnet.adapters.threemf_colors import Palette, Swatch, Textures, numbers
 from bobrossnet.adapters.threemf_functions import Domain, Functions, Mesh
@@ -25,7 +26,8 @@ from bobrossnet.adapters.xml import read_xml
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import errors_at, one_line, warn_of
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.support.units import unit_of_word
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import MAX_INSTANCES
 
@@ -70,16 +72,18 @@ Key: TypeAlias = tuple[str, str]
 class Reference(NamedTuple):
     key: Key
     matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
+    path: tuple[str, ...] = ()  # of the object that refers
 
 
 class Object(NamedTuple):
+    name: str
     parts: list[Part]
     instances: list[Instance]
     """Shapes other than meshes."""
     components: list[Reference]
 
 
-def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
+def read_3mf(file: Path, instances: list[Instance] | None = None) -> Found[Part]:
     """Read the meshes of the build of a 3MF, each in its place.
 
     `instances` receives the other shapes. If omitted, one warning names them, together with everything else that is
@@ -94,7 +98,8 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
     left: Counter[str] = Counter()
     try:
         with ZipFile(file) as archive:
-            parts, shapes = _built(*_read_models(Package(file, archive), left))
+            objects, built, unit = _read_models(Package(file, archive), left)
+            parts, shapes = _built(objects, built)
     except (BadZipFile, zlib.error, OSError, EOFError, NotImplementedError) as error:
         raise InputError(f"expected a zip file that can be unpacked, got another ({error})") from error
     if instances is None:
@@ -106,11 +111,11 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> list[Part]:
         raise InputError(f"expected triangles, got none; left out {names}")
     if names:
         warn_of(file, f"left out {names}")
-    return parts
+    return Found(parts, unit)
 
 
-def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object], list[Reference]]:
-    """Read the objects of the root model and of the models it names; return them and the root's build."""
+def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object], list[Reference], str]:
+    """Read the objects of the root model and of the models it names; return them, and the root's build and unit."""
     found = package.target("/3dmodel") or package.part("3D/3dmodel.model")
     root = found or next(iter(package.ending_in(".model")), None)
     if root is None:
@@ -119,6 +124,7 @@ def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object
     textures = Textures(package)
     models, done = [root], {root.filename}
     built: list[Reference] | None = None
+    unit = ""
     while models:
         info = models.pop()
         package.count("a 3MF model", info)
@@ -127,12 +133,13 @@ def _read_models(package: Package, left: Counter[str]) -> tuple[dict[Key, Object
             model.read(stream)
         objects |= model.objects
         built = model.built if built is None else built  # other models' are for them alone
+        unit = unit or model.unit
         for name in model.named:
             other = package.part(name)
             if other is not None and other.filename not in done:
                 done.add(other.filename)
                 models.append(other)
-    return objects, built or []
+    return objects, built or [], unit
 
 
 def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Part], list[Instance]]:
@@ -140,23 +147,26 @@ def _built(objects: dict[Key, Object], built: list[Reference]) -> tuple[list[Par
     parts: list[Part] = []
     shapes: list[Instance] = []
     visited = total = 0
-    references = built.copy()
+    names = Names()
+    references = built[::-1]
     while references:
-        key, matrix = references.pop()
+        key, matrix, parent = references.pop()
         found = objects.get(key)
         if found is None:
             raise InputError(f"expected an object with id {key[1]}, found none")
         visited += 1
         if visited > MAX_INSTANCES:
             raise InputError("expected finitely many components, got too many; does one hold itself?")
+        path = names.path(parent, found.name)
         for part in found.parts:
             total = counted(total, len(part.triangles) + len(part.vertices))
             if len(part.vertices):
-                parts.append(placed(part, matrix))
-        shapes += [instance.transformed(matrix) for instance in found.instances]
+                runs = (Piece(path, len(part.triangles)),) if len(part.triangles) else ()
+                parts.append(placed(part._replace(runs=runs), matrix))
+        shapes += [replace(instance, pieces=(Piece(path),)).transformed(matrix) for instance in found.instances]
         if len(shapes) > MAX_INSTANCES:
             raise InputError(f"expected at most {MAX_INSTANCES:,} beam lattices and formulas, got more")
-        references += [Reference(child, matrix @ relative) for child, relative in found.components]
+        references += [Reference(child, matrix @ place, path) for child, place, _ in reversed(found.components)]
     return parts, shapes
 
 
@@ -168,6 +178,7 @@ class _Model:
         self.palette = Palette(textures)
         self.objects: dict[Key, Object] = {}
         self.built: list[Reference] = []
+        self.unit = "mm"
         self.named: list[str] = []
         """Other models in the package."""
         self.kinds: dict[str, str] = {}
@@ -190,7 +201,7 @@ class _Model:
         for number, get, material, label in self.level_sets:
             if shape := self._level_set(get):
                 instance = Instance(shape, material=material, name=label)
-                self.objects[self.name, number] = Object([], [instance], [])
+                self.objects[self.name, number] = Object(one_line(label), [], [instance], [])
 
     def _start_object(self, get: dict[str, str]) -> None:
         self.get = get
@@ -206,6 +217,7 @@ class _Model:
         if local != "model":
             raise InputError(f"expected a 3MF model, got the element {one_line(local)}")
         self.kinds = {core: ""} | {namespace: prefix + ":" for namespace, prefix in EXTENSIONS.items()}
+        self.unit = unit_of_word(get.get("unit", "")) or self.unit
         for prefix in get.get("requiredextensions", "").split():
             namespace = self.prefixes.get(prefix)
             if namespace not in self.kinds:
@@ -289,7 +301,9 @@ class _Model:
             label = self.get.get("name") or self.package.file.name
             instances = [Instance(tube, material=Material(color=color), name=label) for tube, color in tubes]
         parts = self.palette.parts(vertices, triangles, self.chosen) if len(triangles) or not instances else []
-        self.objects[self.name, self.get.get("id", "")] = Object(parts, instances, self.components)
+        number = self.get.get("id", "")
+        name = one_line(self.get.get("name") or self.get.get("partnumber") or "") or f"object {one_line(number)}"
+        self.objects[self.name, number] = Object(name, parts, instances, self.components)
         self._start_object({})
 
     def _level_set(self, get: dict[str, str]) -> Implicit | None:

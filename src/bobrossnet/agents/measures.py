@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera
-from bobrossnet.pictures.sheets import VIEWS
+from bobrossnet.measuring.volumes import closed_volume
+from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
@@ -36,26 +35,13 @@ def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
                 part["inside_out"] = True
         parts.append(part)
     return {
+        "unit": scene.unit,
         "size": _rounded(box.size),
         "bounds": [_rounded(box.low), _rounded(box.high)],
         "part_count": len(scene.instances),
         "parts": parts,
         "warnings": warnings,
     }
-
-
-def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float | None:
-    """The signed volume of a closed mesh, negative if it is inside out; None if an edge has no opposite."""
-    _, same = np.unique(vertices, axis=0, return_inverse=True)
-    corners = same.reshape(-1)[triangles].astype(np.int64)
-    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
-    count = len(vertices)
-    forth = np.concatenate([corners[:, i] * count + corners[:, (i + 1) % 3] for i in range(3)])
-    back = np.concatenate([corners[:, (i + 1) % 3] * count + corners[:, i] for i in range(3)])
-    if not np.array_equal(np.sort(forth), np.sort(back)):
-        return None
-    a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def told_volume(volume: float | None) -> dict[str, Any]:

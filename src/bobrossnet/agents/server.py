@@ -13,14 +13,15 @@ from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
-from bobrossnet.agents.measures import closed_volume, compared, described, rounded, told_volume
-from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace, axes
-from bobrossnet.picture.camera import Camera
+from bobrossnet.agents.measures import compared, described, rounded, told_volume
+from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace
+from bobrossnet.measuring.volumes import closed_volume
+from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import before, png, sheet
 from bobrossnet.picture.order import check_size
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendering import render
-from bobrossnet.pictures.sheets import LAYOUT, VIEWS
+from bobrossnet.pictures.sheets import LAYOUT
 from bobrossnet.pictures.sheets import sheet as drawn_sheet
 from bobrossnet.shapes.mesh import check_mesh_path
 from bobrossnet.support.errors import InputError, check_choice
@@ -159,7 +160,8 @@ def _hit(space: Workspace, name: str, pixel: list[int]) -> dict[str, Any]:
 
 def _same_view(camera: Camera, reference: Scene, scene: Scene) -> Camera:
     """The camera by which a scene has the scale and place that the reference has by the given one."""
-    across = axes(camera)[:2]
+    right, up, *_ = camera.core(reference.center, reference.radius).pose(1, 1)
+    across = np.array([right, up])
     offset = across @ (reference.center - scene.center) + reference.radius * np.asarray(camera.pan)
     pan = offset / scene.radius
     return replace(camera, zoom=camera.zoom * scene.radius / reference.radius, pan=(float(pan[0]), float(pan[1])))

@@ -5,41 +5,25 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bobrossnet.adapters.files import load
 from bobrossnet.adapters.script import shape_of_script
 from bobrossnet.agents.measures import rounded
+from bobrossnet.measuring.picking import pick
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import Layout
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.messages import one_line
 from bobrossnet.tracing.instance import Instance
-from bobrossnet.tracing.pixels import pixel_rays
 from bobrossnet.tracing.scene import Scene
-from bobrossnet.tracing.trace import SceneTracer
 
 MAX_SIDE = 2048
 """Pixels of a picture's longer side: more is lost on models that see."""
 
 PRIMITIVES = {"mesh": "triangle", "brep": "face"}
 """The parts of shapes that hits name."""
-
-
-def axes(camera: Camera) -> NDArray[np.float64]:
-    """(3, 3): the unit vectors to the right, up and toward an orthographic camera."""
-    core = replace(camera, zoom=1.0, pan=(0.0, 0.0)).core((0.0, 0.0, 0.0), 1.0)
-    # One pixel as wide as the unit sphere: its neighbours' centres are two radii apart.
-    places = np.array([(0, 0, 0.5), (0, 1, 0.5), (-1, 0, 0.5), (0, 0, 1)], np.float32)
-    middle, right, above, near = core.points(1, 1, places).astype(float)
-    vectors = np.array([right - middle, above - middle, near - middle])
-    directions: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return directions
 
 
 @dataclass(frozen=True)
@@ -55,22 +39,16 @@ class Look:
         height, width = self.size
         if not (0 <= row < height and 0 <= column < width):
             raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
-        pixel = np.array([[row, column]], np.int32)
-        _, origins, directions = pixel_rays(self.camera, self.scene.center, self.scene.radius, self.size, pixel)
-        hits = self.scene.closest_hits(origins, directions)
-        if (hits.instance < 0).all():  # also of a ray beside the scene, which is none
+        found = pick(self.scene, row, column, self.camera, size=self.size)
+        if found is None:
             return None
-        x, y = SceneTracer(self.scene, self.camera, self.size, Layout("mask,normal"))(pixel).values[0, 1:3]
-        normal = np.array([x, y, np.sqrt(max(1 - x * x - y * y, 0))]) @ axes(self.camera)
-        point = origins[0] + directions[0] / np.linalg.norm(directions[0]) * hits.distance[0]
-        instance = int(hits.instance[0])
-        kind = self.scene.instances[instance].shape.kind
+        instance = self.scene.instances[found.instance]
         return {
-            "part": instance,
-            "name": self.scene.instances[instance].name,
-            **({PRIMITIVES[kind]: int(hits.primitive[0])} if kind in PRIMITIVES else {}),
-            "point": [rounded(value) for value in point],
-            "normal": [round(float(value), 4) + 0.0 for value in normal],
+            "part": found.instance,
+            "name": instance.name,
+            **({} if found.face is None else {PRIMITIVES[instance.shape.kind]: found.face}),
+            "point": [rounded(float(value)) for value in found.point],
+            "normal": [round(float(value), 4) + 0.0 for value in found.normal],
         }
 
 

@@ -10,11 +10,13 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 
-from bobrossnet.adapters.files import ALL_ENDINGS, KINDS
-from bobrossnet.picture.camera import Camera
+from bobrossnet.adapters.files import ALL_ENDINGS, KINDS, UPS
+from bobrossnet.picture.camera import FRONT, VIEWS, Camera, as_camera
 from bobrossnet.pictures.background import BLACK
 from bobrossnet.pictures.drawing import Edges
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.scene import Scene
 from bobrossnet.tracing.section import Section
 
@@ -36,13 +38,27 @@ def scene_of(options: argparse.Namespace) -> Scene:
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
         scene = bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    if only := getattr(options, "only", None):
+        scene = scene.isolate(*map(_part, only))
+    if hidden := getattr(options, "hide", None):
+        scene = scene.hide(*map(_part, hidden))
     return scene.sectioned(getattr(options, "section", None))
+
+
+def _part(text: str) -> str | int:
+    """A part's number, or its name or path."""
+    return int(text) if text.isdecimal() else text
+
+
+def add_parts(parser: argparse.ArgumentParser) -> None:
+    """Add --only and --hide, parts of the scene."""
+    for option, what in (("--only", "show this part alone"), ("--hide", "leave this part out")):
+        told = f"{what}: its path, name or number, as info lists them; may be given several times"
+        parser.add_argument(option, action="append", metavar="PART", help=told)
 
 
 def _of_standard_input(ending: str | None, folder: str) -> str:
     """A file with the bytes of standard input."""
-    from bobrossnet.support.errors import InputError
-
     known = f".{(ending or '').lower().lstrip('.')}"
     if known not in ALL_ENDINGS:
         raise InputError(f"--format: expected standard input's, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}")
@@ -73,8 +89,13 @@ def add_fraction(container: argparse._ActionsContainer, default: float | None, t
 def add_orbit(parser: argparse.ArgumentParser) -> None:
     """Add the angles and the field of view of an orbiting camera."""
     home = Camera()
-    for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
-        parser.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
+    for name, told in (
+        ("azimuth", f"default: {home.azimuth:g}, or {FRONT:g} where the file says that -y is the front"),
+        ("elevation", f"default: {home.elevation:g}"),
+    ):
+        parser.add_argument(f"--{name}", type=float, metavar="DEGREES", help=told)
+    parser.add_argument("--roll", type=float, default=home.roll, metavar="DEGREES", help=f"default: {home.roll:g}")
+    add_view(parser)
     add_fov(parser)
 
 
@@ -169,8 +190,6 @@ def add_section(parser: argparse.ArgumentParser) -> None:
 
 def section(text: str) -> Section:
     """Parse a section such as x=0."""
-    from bobrossnet.support.errors import InputError
-
     try:
         return Section(text)
     except InputError as error:
@@ -182,16 +201,38 @@ def add_scheduler(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
 
 
-def add_up(parser: argparse.ArgumentParser) -> None:
+def add_up(parser: argparse.ArgumentParser, default: str = "auto") -> None:
     """Add --up, the up axis of the files."""
-    what = "the shapes' axis that points up; y turns them upright (default: z)"
-    parser.add_argument("--up", choices=("y", "z"), default="z", help=what)
+    what = "the shapes' axis that points up, which is turned to z"
+    auto = "; auto is y for meshes that seem to lie, of formats that do not say, else z"
+    parser.add_argument("--up", choices=UPS, default=default, help=f"{what}{auto} (default: {default})")
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """Add --view, the name of a view."""
+    parser.add_argument("--view", choices=tuple(VIEWS), help="instead of --azimuth and --elevation")
+
+
+def thumbnail_camera_of(options: argparse.Namespace) -> Camera | None:
+    """Return the camera of all thumbnails; None if each file has its default."""
+    camera = camera_of(options)
+    return None if camera == Camera() and options.azimuth is None else camera
+
+
+def camera_of(options: argparse.Namespace, scene: Scene | None = None) -> Camera:
+    """Return the orbiting camera of --view or the angles, in place of the scene's default."""
+    given = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
+    if options.view is not None:
+        if given:
+            raise InputError(f"--view: expected no --{next(iter(given))} beside it")
+        given = dict(zip(("azimuth", "elevation"), VIEWS[options.view], strict=True))
+    given |= {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan") if hasattr(options, name)}
+    return replace(as_camera(None, scene), **given)
 
 
 def size(text: str) -> tuple[int, int]:
     """Parse WIDTHxHEIGHT to (height, width)."""
     from bobrossnet.picture.order import check_size
-    from bobrossnet.support.errors import InputError
 
     try:
         return check_size(text)
@@ -237,10 +278,10 @@ def numbers(text: str) -> tuple[float, ...]:
 
 
 def with_lists_joined(arguments: Sequence[str]) -> list[str]:
-    """Join lists that begin with a minus to their options, since argparse would take them for options."""
+    """Join lists and axes that begin with a minus to their options, since argparse would take them for options."""
     joined: list[str] = []
     for argument in arguments:
-        if joined and re.fullmatch(r"--\w+", joined[-1]) and re.match(r"-[\d.]+,", argument):
+        if joined and re.fullmatch(r"--\w+", joined[-1]) and re.match(r"-([\d.]+,|[xyz]$)", argument):
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)

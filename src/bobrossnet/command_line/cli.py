@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__
-from bobrossnet.command_line import complete, info, mcp, orbit, render, sheet, starting, thumbs
+from bobrossnet.command_line import complete, info, mcp, measure, orbit, render, sheet, starting, thumbs
 from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
@@ -32,6 +32,7 @@ from bobrossnet.command_line.arguments import (
     scene_of,
     with_lists_joined,
 )
+from bobrossnet.picture.camera import as_camera
 from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
@@ -143,6 +144,7 @@ def parser() -> argparse.ArgumentParser:
 
     render.add(commands)
     sheet.add(commands)
+    measure.add(commands)
     orbit.add(commands)
     thumbs.add(commands)
     complete.add(commands)
@@ -178,7 +180,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="LENGTH",
         help="how long their sides are, in the files' unit (default: 1/128 of each shape's longest side)",
     )
-    add_up(mesh)
+    add_up(mesh, "z")
     endings = ", ".join(MESH_FORMATS)
     mesh.add_argument("-o", "--out", default="out.stl", metavar="MESH", help=f"{endings} (default: out.stl)")
 
@@ -186,7 +188,7 @@ def parser() -> argparse.ArgumentParser:
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     add_files(pack)
-    add_up(pack)
+    add_up(pack, "z")
 
     info.add(commands)
     mcp.add(commands)
@@ -206,10 +208,11 @@ def _view(options: argparse.Namespace) -> None:
     from bobrossnet.page.server import Server
 
     limit_memory()
-    look = attributes(options.fov, background(options.background))
+    attributes(options.fov, background(options.background))  # checked before the files are read
     files = options.files
     name = title_of(files[0]) if len(files) == 1 else "scene"
     scene = scene_of(options) if files else None
+    look = attributes(options.fov, background(options.background), as_camera(None, scene))
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")

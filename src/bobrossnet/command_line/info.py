@@ -14,6 +14,9 @@ from bobrossnet.command_line.report import Report, add_report, plural
 if TYPE_CHECKING:
     import bobrossnet as bob
 
+MAX_PARTS = 200
+"""Lines of the tree."""
+
 MATERIAL = ("color", "ambient", "diffuse", "specular", "shininess", "metallic", "roughness", "emissive")
 
 
@@ -74,10 +77,15 @@ def _scene(report: Report, file: str) -> None:
         {
             "file": file,
             "scene": scene.describe(),
+            **({"unit": scene.unit} if scene.unit else {}),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
             **({"up": "z; it seems to lie, --up y would turn it upright"} if lies else {}),
         },
     )
+    parts = list(scene.parts.walk())
+    if len(parts) > 1:
+        report.line()
+        _tree(report, parts)
     instances = []
     for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):
         report.line()
@@ -107,8 +115,22 @@ def _scene(report: Report, file: str) -> None:
         "center": [*scene.center],
         "radius": scene.radius,
         "seems_to_lie": lies,
+        "unit": scene.unit,
+        "parts": [
+            {"number": part.number, "path": part.path, "instances": part.instances, "color": part.color}
+            for part in parts
+        ],
         "instances": instances,
     }
+
+
+def _tree(report: Report, parts: list[bob.Part]) -> None:
+    """Print the parts with their numbers, each below the one that it is a part of."""
+    width = len(str(parts[-1].number))
+    for part in parts[:MAX_PARTS]:
+        report.line(f"  {part.number:{width}}  {'  ' * (len(part.path) - 1)}{part.name}")
+    if len(parts) > MAX_PARTS:
+        report.line(f"  and {len(parts) - MAX_PARTS:,} more, which --json lists")
 
 
 def _material(material: bob.Material) -> str:

@@ -25,6 +25,7 @@ def add(commands: Any) -> None:
     arguments.add_orbit(orbit)
     arguments.add_zoom(orbit)
     arguments.add_up(orbit)
+    arguments.add_parts(orbit)
     arguments.add_model(orbit)
     orbit.add_argument(
         "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"
@@ -46,8 +47,9 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     out = check_film_path(options.out)
-    camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom, fov=options.fov)
+    arguments.camera_of(options)  # checked before the files are read
     scene = arguments.scene_of(options)
+    camera = arguments.camera_of(options, scene)
     film = bob.orbit(
         scene,
         camera,

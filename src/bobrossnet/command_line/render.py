@@ -12,6 +12,7 @@ from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 from bobrossnet.pictures.drawing import SVG
+from bobrossnet.support.errors import InputError
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -66,6 +67,7 @@ def add(commands: Any) -> None:
         "pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
     )
     arguments.add_up(render)
+    arguments.add_parts(render)
     arguments.add_model(render)
     render.add_argument(
         "-o",
@@ -122,6 +124,17 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
         options.background = "#ffffff" if is_opaque(options.out) else "transparent"
 
 
+def _camera(options: argparse.Namespace, scene: bob.Scene | None = None) -> Camera:
+    """Return the camera of an orbit or, with --position, of a place."""
+    if options.position is None and options.target is None:
+        return arguments.camera_of(options, scene)
+    angles = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
+    if options.view is not None:
+        raise InputError("--view: expected no --position or --target beside it")
+    held = {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan", "position", "target")}
+    return Camera(**angles, **held)
+
+
 def run(options: argparse.Namespace) -> None:
     """Render the picture, and print the sizes and times."""
     import bobrossnet as bob
@@ -160,12 +173,11 @@ def run(options: argparse.Namespace) -> None:
         )
     background = arguments.background(options.background)
     check_picture(options.samples, background, options.size)
-    orbit = options.azimuth, options.elevation, options.roll, options.zoom
-    place = {"position": options.position, "target": options.target}
-    camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
+    camera = _camera(options)  # checked before the files are read
     model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
+    camera = _camera(options, scene)
     scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
         camera = fitted(

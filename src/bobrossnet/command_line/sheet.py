@@ -9,7 +9,8 @@ from typing import Any
 
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
-from bobrossnet.pictures.sheets import LAYOUT, VIEWS
+from bobrossnet.picture.camera import VIEWS
+from bobrossnet.pictures.sheets import LAYOUT
 
 SIZE = (900, 1200)
 
@@ -31,10 +32,11 @@ def add(commands: Any) -> None:
         help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
     sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
-    sheet.add_argument("--unit", default="", help="follows the dimensions, such as mm")
+    sheet.add_argument("--unit", help="follows the dimensions, such as mm (default: that of the file)")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
     arguments.add_section(sheet)
+    arguments.add_parts(sheet)
     told = "default: sheet.png; - writes a PNG to standard output"
     sheet.add_argument("-o", "--out", default="sheet.png", metavar="PICTURE", help=told)
     add_report(sheet)
@@ -57,14 +59,15 @@ def run(options: argparse.Namespace) -> None:
     views = options.views.split(",")
     picture = bob.sheet(scene, views, size=options.size, title=title, unit=options.unit, edges=options.edges)
     seconds = time.perf_counter() - start
+    unit = options.unit if options.unit is not None else scene.unit or ""
     name, box = report.write(picture.rgba), scene.extent
-    report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, options.unit)}, {seconds:.1f} s")
+    report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, unit)}, {seconds:.1f} s")
     report.fields |= {
         "picture": options.out,
         "views": views,
         "scene": plural(scene.counts()),
         "bounds": [box.low.tolist(), box.high.tolist()],
-        "unit": options.unit,
+        "unit": unit,
         "seconds": seconds,
     }
     report.end()

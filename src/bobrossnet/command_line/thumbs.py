@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
             options.folder,
             options.out,
             size=options.size,
-            camera=bob.Camera(options.azimuth, options.elevation, options.roll, fov=options.fov),
+            camera=arguments.thumbnail_camera_of(options),
             samples=options.samples,
             background=arguments.background(options.background),
             up=options.up,

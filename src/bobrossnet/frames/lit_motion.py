@@ -11,7 +11,7 @@ from bobrossnet import _core
 from bobrossnet.completion.guided import complete_guided, completed_gray
 from bobrossnet.completion.network import Network
 from bobrossnet.frames.frame import Frame
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
@@ -63,7 +63,7 @@ class MovingLight:
         """Trace `count` pixels, or as many as leave time to complete the picture within `budget` seconds."""
         at_rest = self._camera is not None and camera in (None, self._camera)
         if not at_rest:
-            self._move(camera or Camera())
+            self._move(camera or as_camera(None, self._scene))
         elif self._is_coarse:
             self._guides, self._is_coarse = self._tracer.guides(), False
         total = self.size[0] * self.size[1]

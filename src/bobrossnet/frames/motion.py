@@ -17,7 +17,8 @@ from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
 from bobrossnet.frames.frame import Frame, PartialPicture
 from bobrossnet.frames.lit_motion import MovingLight
 from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
-from bobrossnet.picture.camera import Camera
+from bobrossnet.measuring.picking import Pick, pick
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera, check_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
@@ -114,7 +115,8 @@ class View:
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
-        self._seen = self._seen_by(Camera())
+        self._camera = as_camera(None, self._scene)
+        self._seen = self._seen_by(self._camera)
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown("adaptive")
         if self._lit is None:
@@ -122,13 +124,15 @@ class View:
             self._picture.warm_up()
         self._turns = Turns("View")
 
-    def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
+    def frame(
+        self, camera: CameraLike | None = None, *, ms: float | None = None, fraction: float | None = None
+    ) -> Frame:
         """Trace some pixels and complete the picture.
 
         Parameters
         ----------
         camera : Camera, optional
-            By default the previous frame's, at first `Camera()`.
+            By default the previous frame's, at first the default camera of the scene.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
             given. If it suffices for a dense picture, samples are not reprojected. If rays are fast, the picture is
@@ -152,10 +156,10 @@ class View:
             raise InputError("frame: expected ms or fraction, got both")
         budget = check_number("ms", 33 if ms is None else ms, 0, above=True) / 1000
         count = None if fraction is None else pixel_count(fraction, self.size)
-        if camera is not None and not isinstance(camera, Camera):
-            raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        camera = None if camera is None else check_camera(camera)
         with self._turns:
             start = time.perf_counter()
+            self._camera = camera or self._camera
             try:
                 if self._lit is not None:
                     return self._lit.frame(start, camera, budget, count)
@@ -168,6 +172,19 @@ class View:
         if camera is not None and camera != self._seen.camera:
             self._move(camera, count, budget)
         return self._picture.frame(start, count, budget)
+
+    def pick(self, row: int, column: int) -> Pick | None:
+        """Return the surface at a pixel of the last frame, or before one as the default camera sees it; None where
+        there is none.
+
+        Parameters
+        ----------
+        row, column : int
+            Pixel, from the picture's top left.
+        """
+        if self._scene is None:
+            raise InputError("pick: expected a view of a scene, got one of a tracer, whose surfaces are not known")
+        return pick(self._scene, row, column, self._camera, size=self.size)
 
     def forget(self) -> None:
         """Discard all samples: for tracers whose shapes or lights have changed."""

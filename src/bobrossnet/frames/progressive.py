@@ -10,7 +10,7 @@ from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls
 from bobrossnet.frames.frame import Frame, PartialPicture
 from bobrossnet.frames.planner import Planner
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
@@ -24,7 +24,7 @@ from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 def progressive(
     scene: SceneLike | None = None,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     tracer: Tracer | AsyncTracer | None = None,
     size: SizeLike | None = None,
@@ -111,7 +111,8 @@ def progressive(
     lit = None
     if tracer is None:
         assert scene is not None
-        camera, scene = Camera() if camera is None else camera, as_scene(scene, section)
+        scene = as_scene(scene, section)
+        camera = as_camera(camera, scene)
         lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
         tracer = lit or SceneTracer(scene, camera, size)
     elif light is not None or ground is not None:

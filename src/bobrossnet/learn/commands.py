@@ -143,7 +143,7 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
     figures.add_argument("--shape", metavar="FILE", help="the shape shown; by default the built-in scene")
-    arguments.add_up(figures)
+    arguments.add_up(figures, "z")
     figures.add_argument("--scores", metavar="FILE.csv", help="the table that evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
@@ -282,7 +282,7 @@ def _figures(options: argparse.Namespace) -> None:
     given: dict[str, Any] = {}
     if options.shape is not None:
         scene = load(options.shape)
-        given["scene"] = scene.turned_upright() if options.up == "y" else scene
+        given["scene"] = scene.turned("z" if options.up == "auto" else options.up)
     if options.data is not None:
         given["data"] = Dataset.open(options.data)
     if options.scores is not None:

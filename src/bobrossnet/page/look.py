@@ -10,8 +10,8 @@ from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.background import BLACK, Background, background_rows
 
 
-def attributes(fov: float, background: Background) -> dict[str, str]:
-    """Return the attributes of a field of view and a background, as in `Camera` and `render`, without the defaults.
+def attributes(fov: float, background: Background, camera: Camera | None = None) -> dict[str, str]:
+    """Return the attributes of a field of view, a background and a first orbit, without the defaults.
 
     Raises
     ------
@@ -22,7 +22,13 @@ def attributes(fov: float, background: Background) -> dict[str, str]:
     return {
         **({"field-of-view": f"{lens:g}deg"} if lens else {}),
         **({"background": behind} if behind != black else {}),
+        **({} if camera is None or camera == Camera() else {"camera-orbit": camera_orbit(camera)}),
     }
+
+
+def camera_orbit(camera: Camera) -> str:
+    """Return an orbit as the page has it: its angles are 0 at the front, and straight above."""
+    return f"{(camera.azimuth + 90) % 360:.6g}deg {90 - camera.elevation:.6g}deg {100 / camera.zoom:.6g}%"
 
 
 def css(background: Background) -> str:

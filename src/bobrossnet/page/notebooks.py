@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
@@ -36,7 +36,7 @@ def _traced(gbuffer: GBuffer) -> bytes:
 
 def view(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     background: Background = None,
@@ -66,7 +66,8 @@ def view(
     InputError
         If anywidget is not installed, or the camera has a position.
     """
-    scene, camera, size = as_scene(scene), Camera() if camera is None else camera, check_size(size)
+    scene, size = as_scene(scene), check_size(size)
+    camera = as_camera(camera, scene)
     try:
         from bobrossnet.page.widget import SceneView
     except ModuleNotFoundError as error:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bobrossnet import _core
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_choice, check_finite, check_number
 
 MAX_ANGLE = 1e6
 """Degrees in either direction; here float32 still resolves a sixteenth of a degree."""
@@ -71,6 +71,17 @@ class Camera:
     """Target of a camera at a position, (3,) in the scene's units; by default the bounding sphere's centre."""
     up: Triple = field(default=(0.0, 0.0, 1.0), kw_only=True)
     """Up direction of a camera at a position, (3,), of any nonzero length, not along the line of sight."""
+
+    @classmethod
+    def named(cls, view: str, *, roll: float = 0.0, zoom: float = 1.0, fov: float = 0.0) -> Camera:
+        """Return the camera of a view: front, back, right, left, top, bottom or isometric.
+
+        >>> import bobrossnet as bob
+        >>> bob.Camera.named("front", fov=35)
+        Camera(azimuth=-90.0, elevation=0.0, fov=35.0)
+        """
+        azimuth, elevation = VIEWS[check_choice("camera", view, tuple(VIEWS))]
+        return cls(azimuth, elevation, roll, zoom, fov=fov)
 
     def __post_init__(self) -> None:
         if self.fov is None:
@@ -164,16 +175,52 @@ class Camera:
         )
 
 
+CameraLike: TypeAlias = Camera | str
+"""A camera, or the name of a view."""
+
+VIEWS = {
+    "front": (-90.0, 0.0),
+    "back": (90.0, 0.0),
+    "right": (0.0, 0.0),
+    "left": (180.0, 0.0),
+    "top": (-90.0, 90.0),
+    "bottom": (-90.0, -90.0),
+    "isometric": (-45.0, 35.26438968),
+}
+"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
+
+
 def check_camera(camera: Any) -> Camera:
-    """Return `camera`; raise InputTypeError unless it is a Camera."""
+    """Return `camera`, or that of a view's name; raise InputTypeError unless it is either."""
+    if isinstance(camera, str):
+        return Camera.named(camera)
     if not isinstance(camera, Camera):
-        raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        raise InputTypeError(
+            f"camera: expected a Camera, got {type(camera).__name__}; names of views, such as front, do as well"
+        )
     return camera
 
 
-def orbiting(camera: Camera | None) -> Camera:
-    """Return an orbiting camera, by default `Camera()`; raise InputError if it stands at a position."""
-    camera = check_camera(Camera() if camera is None else camera)
+class Fronted(Protocol):
+    """The member of `Scene` that chooses a default camera."""
+
+    has_front: bool
+
+
+FRONT = -60.0
+"""Azimuth of the default camera of scenes with a front: 30 degrees to the right of it."""
+
+
+def as_camera(camera: Any, scene: Fronted | None = None) -> Camera:
+    """Return `camera`, that of a view's name, or for None the default: on the scene's front, if it has one."""
+    if camera is None:
+        return Camera(FRONT) if scene is not None and scene.has_front else Camera()
+    return check_camera(camera)
+
+
+def orbiting(camera: CameraLike | None, scene: Fronted | None = None) -> Camera:
+    """Return an orbiting camera, by default as `as_camera`; raise InputError if it stands at a position."""
+    camera = as_camera(camera, scene)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")
     return camera

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.background import Background
@@ -163,7 +163,7 @@ class Film:
 
 def orbit(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     frames: int = 75,
     size: SizeLike = (480, 640),
@@ -207,7 +207,8 @@ def orbit(
     >>> bob.orbit(bob.happy_tree(), frames=50, size="320x240")
     Film(50 pictures of 320 x 240)
     """
-    first = orbiting(camera)
+    scene = as_scene(scene)
+    first = orbiting(camera, scene)
     check_integer("frames", frames, 1, 10_000)
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(

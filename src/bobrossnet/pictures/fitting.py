@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
@@ -42,7 +42,7 @@ def margin_of(scene: Scene, light: LightLike, ground: bool | None) -> float:
 
 
 def fitted(
-    scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
+    scene: SceneLike, camera: CameraLike | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
 ) -> Camera:
     """Return the camera with the zoom and pan at which the silhouette fills the picture.
 
@@ -77,7 +77,7 @@ def fitted(
     scene = as_scene(scene)
     height, width = check_size(size)
     check_number("margin", margin, 0, 0.45)
-    camera = replace(orbiting(camera), zoom=1.0, pan=(0.0, 0.0))
+    camera = replace(orbiting(camera, scene), zoom=1.0, pan=(0.0, 0.0))
     points, is_all = _vertices(scene)
     if not is_all:
         scale = SHORTER / min(height, width)

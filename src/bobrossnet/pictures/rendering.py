@@ -12,7 +12,7 @@ from bobrossnet import _core
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
 from bobrossnet.pictures.background import Background, background_rows, picture_of
@@ -39,7 +39,7 @@ COVERED = 0.75
 
 def render(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     samples: int = 4,
@@ -101,7 +101,7 @@ def render(
     ((120, 160, 4), [255, 255, 255, 255])
     """
     scene = as_scene(scene, section)
-    camera = Camera() if camera is None else camera
+    camera = as_camera(camera, scene)
     check_picture(samples, background, size)
     lines = check_edges(edges)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)

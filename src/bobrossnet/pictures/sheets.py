@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import from_srgb
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.drawing import Edges
@@ -20,23 +20,13 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
 from bobrossnet.tracing.light import HEADLIGHT
+from bobrossnet.tracing.parts import Extent
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
-from bobrossnet.tracing.scene import Extent, Scene, SceneLike, as_scene
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.section import SectionLike
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
-
-VIEWS = {
-    "front": (-90.0, 0.0),
-    "back": (90.0, 0.0),
-    "right": (0.0, 0.0),
-    "left": (180.0, 0.0),
-    "top": (-90.0, 90.0),
-    "bottom": (-90.0, -90.0),
-    "isometric": (-45.0, 35.26438968),
-}
-"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
 
 SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", "bottom": "xy"}
 """The axes across and up of each view whose dimensions are drawn."""
@@ -76,7 +66,7 @@ def sheet(
     *,
     size: SizeLike = "1200x900",
     title: str | None = None,
-    unit: str = "",
+    unit: str | None = None,
     edges: bool = True,
     names: bool = True,
     section: SectionLike = None,
@@ -94,7 +84,7 @@ def sheet(
     title : str, optional
         The first words of the bottom line; size and number of parts follow. By default the scene's description.
     unit : str, optional
-        Follows the dimensions, such as "mm".
+        Follows the dimensions, such as "mm"; by default that of the scene.
     edges : bool
         Draw edges, as in `draw`.
     names : bool
@@ -131,6 +121,7 @@ def sheet(
     if not 1 <= len(chosen) <= 6:
         raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
     edges, names = check_flag("edges", edges), check_flag("names", names)
+    unit = (scene.unit or "") if unit is None else unit
     for name, text in (("title", "" if title is None else title), ("unit", unit)):
         if not isinstance(text, str):
             raise InputTypeError(f"{name}: expected a string, got {type(text).__name__}")

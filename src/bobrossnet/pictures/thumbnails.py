@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import check_up, load, shape_files
-from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.background import Background
@@ -48,7 +48,7 @@ class Style(NamedTuple):
     """The rendering options shared by all thumbnails."""
 
     size: tuple[int, int]
-    camera: Camera
+    camera: Camera | None
     samples: int
     background: Background
     up: str
@@ -77,7 +77,7 @@ def thumbnails(
     out: str | os.PathLike[str],
     *,
     size: SizeLike = (256, 256),
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     samples: int = 4,
     background: Background = None,
     up: str = "z",
@@ -100,8 +100,8 @@ def thumbnails(
         As in `render`.
     camera : Camera, optional
         An orbiting camera; its zoom and pan are fitted to the silhouette.
-    up : "z" or "y"
-        The upward axis of the files.
+    up : str
+        The upward axis of the files, as in `load`.
     anew : bool
         Also render pictures that exist and are newer than their files.
     workers : int, optional
@@ -132,7 +132,8 @@ def thumbnails(
     check_picture(samples, background, size)
     check_up(up)
     check_callable("progress", progress)
-    style = Style(check_size(size), orbiting(camera), samples, background, up, light, ground)
+    camera = None if camera is None else orbiting(camera)
+    style = Style(check_size(size), camera, samples, background, up, light, ground)
     count = check_integer("workers", min(_cores(), MAX_PROCESSES) if workers is None else workers, 1, MAX_PROCESSES)
     files = shape_files(source)
     folder = Path(source) if Path(source).is_dir() else Path(source).parent

@@ -18,7 +18,7 @@ from bobrossnet.picture.exr import write_exr
 from bobrossnet.picture.files import png
 from bobrossnet.picture.order import Size
 from bobrossnet.picture.pose import Pose
-from bobrossnet.pictures.rendering import Background
+from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.views import CHANNELS, PosedView, around, views
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError

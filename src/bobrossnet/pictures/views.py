@@ -9,12 +9,13 @@ from math import asin, degrees, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.picture.pose import Pose, pose_of
-from bobrossnet.pictures.rendering import Background, check_picture, render
-from bobrossnet.support.errors import InputError, InputTypeError, check_integer
+from bobrossnet.pictures.background import Background
+from bobrossnet.pictures.rendering import check_picture, render
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -72,7 +73,7 @@ class PosedView:
 
 def views(
     scene: SceneLike,
-    cameras: int | Iterable[Camera] = 24,
+    cameras: int | Iterable[Camera | str] = 24,
     channels: Sequence[str] = CHANNELS,
     *,
     size: SizeLike = (480, 640),
@@ -86,7 +87,7 @@ def views(
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
-    cameras : int or iterable of Camera
+    cameras : int, or iterable of Camera or names of views
         A number places perspective cameras evenly around the scene, the same ones each time.
     channels : sequence of "color", "depth", "normal", "instance"
     size, samples, background, light, ground
@@ -112,9 +113,12 @@ def views(
     scene, size = as_scene(scene), check_size(size)
     check_picture(samples, background, size)
     chosen = check_channels(channels)
-    if isinstance(cameras, Camera):
-        raise InputTypeError("cameras: expected a number or several cameras, got a Camera; put it in a list")
-    placed = around(cameras) if isinstance(cameras, int | np.integer) else [check_camera(each) for each in cameras]
+    if isinstance(cameras, int | np.integer) and not isinstance(cameras, bool):
+        placed = around(int(cameras))
+    elif isinstance(cameras, Camera | str):
+        raise InputTypeError("cameras: expected a number or several cameras, got one; put it in a list")
+    else:
+        placed = [as_camera(each, scene) for each in each_of("cameras", cameras, "a number or several cameras")]
     shown = {"size": size, "samples": samples, "background": background, "light": light, "ground": ground}
 
     def made() -> Iterator[PosedView]:
@@ -127,11 +131,11 @@ def views(
 
 def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
     """Return names of channels; raise InputError for unknown or repeated ones."""
-    chosen = (channels,) if isinstance(channels, str) else tuple(channels)
-    if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(CHANNELS):
-        raise InputError(
-            f"channels: expected some of {', '.join(CHANNELS)}, got {', '.join(map(str, chosen)) or 'none'}"
-        )
+    chosen = (channels,) if isinstance(channels, str) else tuple(each_of("channels", channels, "names of channels"))
+    for name in chosen:
+        check_choice("channels", name, CHANNELS)
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise InputError(f"channels: expected some of {', '.join(CHANNELS)}, got {brief(channels, of_type=False)}")
     return chosen
 
 
@@ -168,19 +172,7 @@ def _posed(
         seen = SceneTracer(scene, camera, size, Layout("mask,normal"))(pixels[which[found]]).values[:, 1:3]
         z = np.sqrt(np.maximum(1 - (seen**2).sum(axis=1, keepdims=True), 0))
         normal = np.zeros((*size, 3), np.float32)
-        normal[rows, columns] = _in_scene(np.hstack([seen, z]), directions[found], pose)
+        on_screen, places = np.hstack([seen, z]).astype(np.float32), np.stack([rows, columns], axis=1)
+        core = camera.core(scene.center, scene.radius)
+        normal[rows, columns] = core.in_scene(*size, on_screen, places.astype(np.float32))
     return PosedView(camera, size, pose, color, depth, normal, instance if "instance" in channels else None, mask)
-
-
-def _in_scene(normals: NDArray[np.float64], directions: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
-    """Return normals, (n, 3), from the screen space of each ray to the scene's (docs/reference/camera.md)."""
-    right, down, forward = pose.world_to_camera[:3, :3]
-    in_axes: NDArray[np.float64] = normals @ np.array([right, -down, -forward])
-    if pose.is_orthographic:
-        return in_axes
-    # The smallest rotation from the camera's z axis to each reversed ray (Rodrigues' formula).
-    toward, eye = -forward, -directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    both = toward + eye
-    along = (in_axes * both).sum(axis=1, keepdims=True) / (1 + eye @ toward)[:, None]
-    turned: NDArray[np.float64] = in_axes - along * both + 2 * (in_axes @ toward)[:, None] * eye
-    return turned

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import CameraLike
 from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.sdf import words
@@ -50,7 +50,7 @@ class Solid(words.SDF, Implicit):
         sparse: Any = None,
         *,
         size: SizeLike = (480, 640),
-        camera: Camera | None = None,
+        camera: CameraLike | None = None,
     ) -> None:
         """Write the shape as a mesh, as a formula, or as a picture.
 

@@ -22,6 +22,16 @@ IDENTITY: Matrix = np.eye(4)
 UPRIGHT: Matrix = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Rotates y up to z up: (x, y, z) becomes (x, -z, y)."""
 
+TURNS: dict[str, Matrix] = {
+    "x": np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
+    "y": UPRIGHT,
+    "z": IDENTITY,
+    "-x": np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]),
+    "-y": np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
+    "-z": np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]),
+}
+"""Rotations of each axis to z."""
+
 MAX_COORDINATE = 1e100
 """Maximum size of a coordinate: beyond, squares and products leave float64."""
 

@@ -323,7 +323,7 @@ class _FaceCut:
 
     def _distance(self, uv: Values) -> tuple[Values, Values]:
         """The distance from the plane, and its slopes in u and v, (n, 2)."""
-        by = self.face.derivatives(*uv.T, 1)
+        by = self.face.derivatives(uv[:, 0], uv[:, 1], 1)
         value = by[:, 0, 0] @ self.normal - self.offset
         return value, np.stack([by[:, 1, 0] @ self.normal, by[:, 0, 1] @ self.normal], axis=1)
 
@@ -350,7 +350,7 @@ class _FaceCut:
         uv = start = (a + b) / 2
         limit = np.abs(b - a).sum(axis=1, keepdims=True)
         for _ in range(12):
-            by = self.face.derivatives(*uv.T, 1)
+            by = self.face.derivatives(uv[:, 0], uv[:, 1], 1)
             s_u, s_v = by[:, 1, 0], by[:, 0, 1]
             value = by[:, 0, 0] @ self.normal - self.offset
             slope = np.stack([s_u @ self.normal, s_v @ self.normal], axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import os
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +62,7 @@ class ContourPart(NamedTuple):
         return all(curve.is_closed for curve in self.curves)
 
 
+@dataclass(frozen=True, repr=False, eq=False)
 class Contours:
     """The contours of a section, as `section` finds them.
 
@@ -76,9 +78,6 @@ class Contours:
 
     section: Section
     parts: tuple[ContourPart, ...]
-
-    def __init__(self, section: Section, parts: tuple[ContourPart, ...]) -> None:
-        self.section, self.parts = section, parts
 
     def __repr__(self) -> str:
         return f"Contours({len(self.parts)} parts, area {self.area:.6g}, length {self.length:.6g})"

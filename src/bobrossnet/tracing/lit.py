@@ -80,7 +80,7 @@ class LitTracer:
         seed: int = 0,
         apart: bool = False,
     ) -> None:
-        check_camera(camera)
+        camera = check_camera(camera)
         self.size = check_size(size)
         self.scene, self.camera = as_scene(scene), camera
         self.lights: list[Light | Sky] = lights_of(light, camera) or []

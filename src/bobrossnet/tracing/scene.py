@@ -6,6 +6,7 @@ import os
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -13,22 +14,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
+from bobrossnet.color import Color
+from bobrossnet.shapes.affine import TURNS, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import (
     InputError,
     InputTypeError,
     InputWarning,
     check_array,
+    check_choice,
     check_finite,
     check_flag,
     check_number,
     each_of,
 )
 from bobrossnet.support.threads import lazy
-from bobrossnet.tracing.instance import Instance
+from bobrossnet.support.units import check_unit
+from bobrossnet.support.units import factor as unit_factor
+from bobrossnet.tracing.instance import Instance, Piece, primitive_count
 from bobrossnet.tracing.light import LightLike, check_light
+from bobrossnet.tracing.parts import (
+    HIGHLIGHT,
+    Extent,
+    Part,
+    PartLike,
+    Selected,
+    colored,
+    exploded,
+    extent_of,
+    find_part,
+    only,
+    tree_of,
+    without,
+)
 from bobrossnet.tracing.section import Section, SectionLike, check_sections
 
 MAX_INSTANCES = 100_000
@@ -57,20 +77,6 @@ class Hits(NamedTuple):
     v: NDArray[np.float64]
 
 
-class Extent(NamedTuple):
-    """An axis-aligned box, in a scene's units."""
-
-    low: NDArray[np.float64]
-    """(3,)"""
-    high: NDArray[np.float64]
-    """(3,)"""
-
-    @property
-    def size(self) -> NDArray[np.float64]:
-        """(3,): the lengths of its sides."""
-        return self.high - self.low
-
-
 class Scene:
     """Shapes in one space, with their placements and materials, and the bounding sphere that cameras orbit.
 
@@ -89,10 +95,16 @@ class Scene:
         Planes that cut the scene open: what all of them keep is seen. Where a plane cuts a solid, a hatched cap of the
         solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere stays.
         Scene files do not store sections.
+    unit : str, optional
+        The unit of lengths, such as "mm", "m" or "in", to which scenes of other units are converted. By default that of
+        the first scene or file that has one.
 
     Attributes
     ----------
     instances : tuple of Instance
+    unit : str or None
+    has_front : bool
+        Whether the file's format, or that its y is up, says that its front faces -y. Default cameras then stand there.
     light, ground
         As given; environments are loaded.
     section : tuple of Section
@@ -112,12 +124,16 @@ class Scene:
         light: LightLike = None,
         ground: bool | None = None,
         section: SectionLike = None,
+        unit: str | None = None,
     ) -> None:
         self.section = check_sections(section)
         self._whole = self  # without sections, whose core others share
         self.light = check_light(light)
         self.ground = ground if ground is None else check_flag("ground", ground)
-        self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
+        several = _Several(check_unit("unit", unit))
+        self.instances = tuple(islice(several.instances(shapes), MAX_INSTANCES + 1))
+        self.unit = several.unit
+        self.has_front = several.has_front
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
         if len(self.instances) > MAX_INSTANCES:
@@ -137,7 +153,7 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The core's objects can't be copied.
-        return _made_again, (self.instances, self.light, self.ground, self.section)
+        return _made_again, (self.instances, self.light, self.ground, self.section, self.unit, self.has_front)
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -165,8 +181,11 @@ class Scene:
 
     @lazy
     def extent(self) -> Extent:
-        """The smallest box around all surfaces. Exact for scenes of meshes; other surfaces are met by rays from six
-        sides, which may miss parts thinner than 1/256 of it. Sections do not change it."""
+        """The smallest box around all surfaces.
+
+        Exact for scenes of meshes and NURBS; other surfaces are met by rays from six sides, which may miss parts
+        thinner than 1/256 of it. Sections do not change it.
+        """
         return _measured(self) if self._whole is self else self._whole.extent
 
     @property
@@ -179,10 +198,77 @@ class Scene:
         return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
-        """Return the scene rotated from y up, the habit of games and films, to z up."""
-        instances = (instance.transformed(UPRIGHT) for instance in self.instances)
-        section = [section.transformed(UPRIGHT) for section in self.section]
-        return Scene(instances, light=self.light, ground=self.ground, section=section)
+        """Return the scene rotated from y up, the habit of games and films, to z up. Its front, by that habit +z, is
+        then -y."""
+        return self.turned("y")
+
+    def turned(self, up: str) -> Scene:
+        """Return the scene rotated so that an axis, such as "y" or "-x", becomes z."""
+        check_choice("up", up, tuple(TURNS))
+        if up == "z":
+            return self
+        turned = self.of(instance.transformed(TURNS[up]) for instance in self.instances)
+        turned.has_front = up == "y"
+        turned.section = tuple(section.transformed(TURNS[up]) for section in self.section)
+        return turned
+
+    def of(self, instances: Iterable[Instance], unit: str | None = None) -> Scene:
+        """Return a scene of other instances, with everything else as in this one."""
+        scene = Scene(instances, light=self.light, ground=self.ground, section=self.section, unit=unit or self.unit)
+        scene.has_front = self.has_front
+        return scene
+
+    def converted(self, unit: str) -> Scene:
+        """Return the scene with its lengths in another unit; raise InputError if its own is unknown."""
+        factor = unit_factor(self.unit, check_unit("unit", unit))
+        if factor == 1:
+            return self
+        scene = self.of((instance.scale(factor) for instance in self.instances), unit)
+        scene.section = tuple(Section(each.normal, factor * each.offset) for each in self.section)
+        return scene
+
+    @lazy
+    def parts(self) -> Part:
+        """The tree of the parts, by the names that files give them: the root, which is all of the scene."""
+        return tree_of(self)
+
+    def part(self, which: PartLike) -> Part:
+        """Return a part by its path, "housing/bolt 3", by its name if no other has it, or by its number in the tree.
+
+        Raises
+        ------
+        InputError
+            If there is no such part; the message has names that are similar.
+        """
+        return find_part(self, which)
+
+    def hide(self, *parts: PartLike) -> Scene:
+        """Return the scene without some parts."""
+        return without(self, parts)
+
+    def isolate(self, *parts: PartLike) -> Scene:
+        """Return the scene of some parts alone."""
+        return only(self, parts)
+
+    def color(self, part: PartLike, color: Color) -> Scene:
+        """Return the scene with a part in one colour instead of its own, linear RGB or sRGB as "#rrggbb"."""
+        return colored(self, (part,), color)
+
+    def highlight(self, *parts: PartLike, color: Color = HIGHLIGHT) -> Scene:
+        """Return the scene with some parts in a colour that stands out."""
+        return colored(self, parts, color)
+
+    def explode(self, factor: float = 1.0, axis: Any = None) -> Scene:
+        """Return the scene with its parts moved apart.
+
+        Parameters
+        ----------
+        factor : number
+            Each part moves by this times the offset of its box's centre from the scene's.
+        axis : "x", "y", "z" or (3,) numbers, optional
+            Parts move along this axis alone.
+        """
+        return exploded(self, factor, axis)
 
     def sectioned(self, section: SectionLike) -> Scene:
         """Return the same scene with other sections, or with none; it shares all memory, and takes no time to build.
@@ -193,7 +279,7 @@ class Scene:
             As in `Scene`; they replace those of this scene.
         """
         scene = object.__new__(Scene)
-        kept = ("light", "ground", "instances", "_arrangement", "center", "radius")
+        kept = ("light", "ground", "instances", "unit", "has_front", "_arrangement", "center", "radius")
         scene.__dict__.update({name: self.__dict__[name] for name in kept})
         scene.section, scene._whole = check_sections(section), self._whole
         return scene
@@ -306,10 +392,11 @@ class Scene:
 
 
 def _measured(scene: Scene) -> Extent:
-    """Measure a scene's box: from the vertices of meshes, else by rays from six sides."""
+    """Measure a scene's box: from vertices and faces, else by rays from six sides."""
     box = np.array([scene.boxes[:, 0].min(axis=0), scene.boxes[:, 1].max(axis=0)])
-    if all(isinstance(instance.shape, Mesh) for instance in scene.instances):
-        return Extent(*box)
+    if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
+        numbers = enumerate(map(primitive_count, (instance.shape for instance in scene.instances)))
+        return extent_of(scene, (Selected(number, 0, count) for number, count in numbers))
     found, lengths = box.copy(), box[1] - box[0]
     places = (np.arange(LOOKED) + 0.5) / LOOKED
     for axis in range(3):
@@ -328,15 +415,19 @@ def _measured(scene: Scene) -> Extent:
 
 
 def _made_again(
-    instances: tuple[Instance, ...], light: LightLike, ground: bool | None, section: tuple[Section, ...] = ()
+    instances: tuple[Instance, ...],
+    light: LightLike,
+    ground: bool | None,
+    section: tuple[Section, ...],
+    unit: str | None,
+    has_front: bool,
 ) -> Scene:
-    return Scene(instances, light=light, ground=ground, section=section)
+    scene = Scene(instances, light=light, ground=ground, section=section, unit=unit)
+    scene.has_front = has_front
+    return scene
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
-
-READERS: list[Callable[[Any], SceneLike | None]] = []
-"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""
 """A scene, an instance, a shape, or an iterable of these."""
 
 
@@ -346,17 +437,50 @@ def as_scene(scene: SceneLike, section: SectionLike = None) -> Scene:
     return scene if section is None else scene.sectioned(section)
 
 
-def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
-    if isinstance(shapes, Instance):
-        yield shapes
-    elif isinstance(shapes, Shape):
-        yield Instance(shapes)
-    elif isinstance(shapes, Scene):
-        yield from shapes.instances
-    elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
-        yield from _instances(read)
-    elif isinstance(shapes, Iterable):
-        for shape in each_of("shapes", shapes, "a shape or several"):
-            yield from _instances(shape, " among them")
-    else:
-        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")
+class _Several:
+    """What a scene is made of: instances, in one unit and under different names."""
+
+    def __init__(self, unit: str | None) -> None:
+        self.unit = unit
+        self.has_front = False
+        self._names: set[str] = set()
+        """Names below the root of the scenes so far."""
+
+    def instances(self, shapes: SceneLike, among: str = "") -> Iterator[Instance]:
+        if isinstance(shapes, Instance):
+            yield shapes
+        elif isinstance(shapes, Shape):
+            yield Instance(shapes)
+        elif isinstance(shapes, Scene):
+            yield from self._renamed(self._in_unit(shapes))
+        elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
+            yield from self.instances(read)
+        elif isinstance(shapes, Iterable):
+            for shape in each_of("shapes", shapes, "a shape or several"):
+                yield from self.instances(shape, " among them")
+        else:
+            raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")
+
+    def _in_unit(self, scene: Scene) -> Iterable[Instance]:
+        self.has_front = self.has_front or scene.has_front
+        if scene.unit is None or self.unit in (None, scene.unit):
+            self.unit = self.unit or scene.unit
+            return scene.instances
+        return scene.converted(self.unit).instances
+
+    def _renamed(self, instances: Iterable[Instance]) -> Iterator[Instance]:
+        """Instances whose names below the root are not those of scenes before."""
+        is_first, renamed = not self._names, dict[str, str]()
+        for instance in instances:
+            pieces = []
+            for (first, *rest), count in instance.pieces:
+                if first not in renamed:
+                    names = (first, *(f"{first} {number}" for number in range(2, len(self._names) + 3)))
+                    renamed[first] = next(name for name in names if name not in self._names)
+                    self._names.add(renamed[first])
+                pieces.append(Piece((renamed[first], *rest), count))
+            yield instance if is_first else replace(instance, pieces=tuple(pieces))
+
+
+READERS: list[Callable[[Any], SceneLike | None]] = []
+"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.camera import CameraLike, as_camera, check_camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
@@ -45,8 +45,8 @@ class SceneTracer:
         Channels of the samples; by default with colours if the scene has any.
     """
 
-    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout | None = None) -> None:
-        check_camera(camera)
+    def __init__(self, scene: SceneLike, camera: CameraLike, size: SizeLike, layout: Layout | None = None) -> None:
+        camera = check_camera(camera)
         if layout is not None and not isinstance(layout, Layout):
             raise InputTypeError(f"layout: expected a Layout, got {type(layout).__name__}")
         self.size = check_size(size)
@@ -103,7 +103,7 @@ class SceneTracer:
 
 def trace(
     scene: SceneLike,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     *,
     size: SizeLike = (480, 640),
     fraction: float = 1.0,
@@ -160,7 +160,8 @@ def trace(
     >>> int(part.mask.sum())
     960
     """
-    camera = Camera() if camera is None else camera
+    scene = as_scene(scene)
+    camera = as_camera(camera, scene)
     order = check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)

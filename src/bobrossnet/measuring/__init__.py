@@ -1,0 +1,1 @@
+"""Measures of scenes, of their parts and of what is picked."""

@@ -1,0 +1,152 @@
+"""Areas and volumes of meshes, of NURBS solids, and of other shapes from their meshes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.shapes.affine import Matrix, mapped
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep
+from bobrossnet.shapes.shape import Shape
+from bobrossnet.tracing.scene import Scene
+
+APART = 2e-5
+"""Step off a surface before the next ray, in radii of the shape: above the float32 of hits."""
+
+RAYS = 3
+"""For each side of a face: most of them decide which side is inside."""
+
+MAX_CROSSINGS = 500
+"""Surfaces on a ray."""
+
+OPEN = 1e-5
+"""Residual of a closed surface's identities above which it counts as open, in its area: a hole of this share of it, and
+more than gaps within the tolerance of CAD systems make."""
+
+COARSE, FINE = 64, 128
+"""Steps of the two meshes of other shapes along their longest side."""
+
+ROUNDING = 1e-12
+"""Relative error of sums over triangles."""
+
+QUADRATURE = 1e-8
+"""The same of integrals over smooth faces."""
+
+SINGLE = 1e-6
+"""The same of meshes of formulas and tubes: these are computed in float32."""
+
+
+class Amount(NamedTuple):
+    """An area and a volume."""
+
+    area: float
+    volume: float | None
+    """Signed, of a mesh; None if the surface is open."""
+    error: float
+    """Relative, of the larger one of both."""
+
+
+def of_triangles(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Amount:
+    """Return the area and volume of a mesh."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+    return Amount(area, closed_volume(vertices, triangles), ROUNDING)
+
+
+def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float | None:
+    """Return the signed volume of a closed mesh, negative if it is inside out; None if an edge has no opposite."""
+    _, same = np.unique(vertices, axis=0, return_inverse=True)
+    corners = same.reshape(-1)[triangles].astype(np.int64)
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    count = len(vertices)
+    forth = np.concatenate([corners[:, i] * count + corners[:, (i + 1) % 3] for i in range(3)])
+    back = np.concatenate([corners[:, (i + 1) % 3] * count + corners[:, i] for i in range(3)])
+    if not np.array_equal(np.sort(forth), np.sort(back)):
+        return None
+    a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def placed_brep(brep: Brep, matrix: Matrix) -> tuple[Brep, float]:
+    """Return a brep and a factor of its lengths that stand for it placed by a matrix: itself, if that keeps angles."""
+    linear = matrix[:3, :3]
+    squares = linear.T @ linear
+    scale = float(np.sqrt(np.trace(squares) / 3))
+    if np.abs(squares / scale**2 - np.eye(3)).max() <= 1e-12:
+        return brep, scale
+    faces = [
+        type(face)(mapped(matrix, face.control_points.reshape(-1, 3)).reshape(face.control_points.shape), *rest)
+        for face in brep.faces
+        for rest in [(face.knots_u, face.knots_v, face.weights, face.trims or None)]
+    ]
+    return Brep(faces, brep.tolerance), 1.0
+
+
+def of_brep(brep: Brep) -> Amount:
+    """Return the area of a brep, and its volume if it is closed.
+
+    Over a closed surface with unit normals n, the integral of n is 0, and that of x n^T the volume times the identity.
+    What is missing from that is the error.
+    """
+    moments = brep.moments
+    area = float(moments[:, 0].sum())
+    outward = _outward(brep)[:, None]
+    normal = (outward * moments[:, 1:4]).sum(axis=0)
+    position = (outward * moments[:, 4:13]).sum(axis=0).reshape(3, 3)
+    low, high = brep.bounding_box(np.eye(4))
+    size, middle = float((high - low).max()), (low + high) / 2
+    position -= np.outer(middle, normal)
+    volume = float(np.trace(position) / 3)
+    missing = float(np.abs(position - volume * np.eye(3)).max())
+    # Gaps within the tolerance of the file are no holes.
+    if max(float(np.abs(normal).max()), missing / size) > max(OPEN, brep.tolerance / size) * area or not volume > 0:
+        return Amount(area, None, QUADRATURE)
+    return Amount(area, volume, max(QUADRATURE, missing / volume))
+
+
+def _outward(brep: Brep) -> NDArray[np.float64]:
+    """(n,): 1 for each face whose normal leads out of the solid, else -1. Rays from both sides count surfaces."""
+    scene = Scene(brep)
+    random = np.random.Generator(np.random.Philox(0))
+    inside = brep.moments[:, 13:]
+    by = np.array([face.derivatives(u, v, 1) for face, (u, v) in zip(brep.faces, inside, strict=True)])
+    normals = np.cross(by[:, 1, 0], by[:, 0, 1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    tilts = random.uniform(-0.6, 0.6, (len(normals), 2 * RAYS, 3))
+    sides = np.repeat([1.0, -1.0], RAYS)[:, None]
+    directions = (sides * (normals[:, None] + tilts)).reshape(-1, 3)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = (by[:, None, 0, 0] + APART * scene.radius * sides * normals[:, None]).reshape(-1, 3)
+    odd = np.zeros(len(origins), bool)
+    alive = np.arange(len(origins))
+    for _ in range(MAX_CROSSINGS):
+        hits = scene.closest_hits(origins[alive], directions[alive])
+        alive, distance = alive[hits.instance >= 0], hits.distance[hits.instance >= 0]
+        if not len(alive):
+            break
+        odd[alive] ^= True
+        origins[alive] += (distance + APART * scene.radius)[:, None] * directions[alive]
+    votes = np.where(odd.reshape(-1, 2 * RAYS), -1, 1) * sides[:, 0]
+    return np.where(votes.sum(axis=1) >= 0, 1.0, -1.0)
+
+
+def of_shape(shape: Shape, matrix: Matrix) -> Amount:
+    """Return the area and volume of a placed shape by two meshes: errors fall with the square of the step."""
+    low, high = shape.bounding_box(np.eye(4))
+    size = float((high - low).max())
+    first, second = (_of_mesh(shape.mesh(size / steps), matrix) for steps in (COARSE, FINE))
+    area = (4 * second.area - first.area) / 3
+    error = abs(second.area - first.area) / 3 / area
+    volume = None
+    if first.volume is not None and second.volume is not None:
+        volume = (4 * second.volume - first.volume) / 3
+        error = max(error, abs(second.volume - first.volume) / 3 / max(abs(volume), 1e-300))
+    return Amount(area, volume, max(error, SINGLE))
+
+
+def _of_mesh(mesh: Shape, matrix: Matrix) -> Amount:
+    assert isinstance(mesh, Mesh)
+    return of_triangles(mapped(matrix, mesh.vertices), mesh.triangles)
