@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 #include "base/parallel.h"
 #include "base/thread_memory.h"
 #include "bindings.h"
+#include "tracing/antialiasing.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/picture_tracing.h"
@@ -177,6 +179,27 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
     });
 }
 
+/// Means over side x side rays in each pixel, (n, 5).
+auto trace_means(const bob::Scene& scene, const bob::Camera& camera, int height, int width, const Pixels& pixels, int side) {
+    check_pixels(pixels, height, width);
+    expect(side >= 1 && side <= std::numeric_limits<int>::max() / std::max(height, width), "side: expected rays that can be counted");
+    auto means = make_array<float, -1, 5>(pixels.shape(0), 5);
+    interruptible([&] { bob::trace_means(scene, camera, height, width, items<bob::Pixel>(pixels), side, means.data()); });
+    return means;
+}
+
+/// Pixels at edges, (n, 2).
+auto pixels_at_edges(const Array<const float, -1, -1, 3>& color, const ConstPlane& alpha) {
+    expect(color.shape(0) == alpha.shape(0) && color.shape(1) == alpha.shape(1), "alpha: expected color's size");
+    const int height = static_cast<int>(alpha.shape(0)), width = static_cast<int>(alpha.shape(1));
+    std::vector<bob::Pixel> found;
+    const std::array light{bob::LightPlane{color.data(), 3}, bob::LightPlane{color.data() + 1, 3}, bob::LightPlane{color.data() + 2, 3}};
+    interruptible([&] { found = bob::pixels_at_edges(light, alpha.data(), height, width, 0, height); });
+    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
+    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
+    return pixels;
+}
+
 void init_picture_tracing(bob::PictureTracing* self, const bob::Scene& scene, const bob::Camera& camera, int height, int width,
                           const bob::Layout& layout, std::string_view order, std::uint64_t seed) {
     without_gil([&] { new (self) bob::PictureTracing(scene, camera, height, width, layout, order, seed); });
@@ -234,8 +257,11 @@ void bind_scene(nb::module_& m) {
              "samples"_a.noconvert())
         .def("sectioned", &sectioned, "planes"_a.noconvert())
         .def_prop_ro("open_instances", &open_instances)
+        .def("trace_means", &trace_means, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "side"_a, nb::rv_policy::move)
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
         .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
+
+    m.def("pixels_at_edges", &pixels_at_edges, "color"_a.noconvert(), "alpha"_a.noconvert(), nb::rv_policy::move);
 
     nb::class_<bob::PictureTracing>(m, "PictureTracing")
         .def("__init__", &init_picture_tracing, "scene"_a, "camera"_a, "height"_a, "width"_a, "layout"_a, "order"_a, "seed"_a,

@@ -24,6 +24,7 @@
 #include "sampling/squares.h"
 #include "sampling/whole.h"
 #include "shapes/mesh/mesh.h"
+#include "tracing/antialiasing.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"
@@ -158,15 +159,18 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 /// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
-/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB.
+/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB. Writes the centre and radius of the bounding
+/// sphere, in the scene's units.
 EXPORT(make_scene)
-bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials) {
+bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials, bob::Sphere* sphere) {
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
             placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)});
         }
-        return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
+        const bob::Arrangement arrangement(std::move(placed));
+        *sphere = arrangement.sphere();
+        return new bob::Scene(arrangement.scene());
     });
 }
 /// Whether its pictures have colours: `is_colored` below and in wasm_completion.cpp.
@@ -180,6 +184,43 @@ bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, st
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
         bob::trace(*scene, camera_of(camera), height, width, all, traced_layout(is_colored), samples);
+        return true;
+    });
+}
+
+/// Traces rows into planes of the traced layout, (C, rows, width), whose first row is the picture's row `top`; as trace_rows.
+EXPORT(trace_rows)
+bool trace_rows(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, std::int32_t begin, std::int32_t end,
+                bool is_colored, float* planes, std::int32_t top, std::int32_t rows) {
+    return attempt([&] {
+        bob::trace_rows(*scene, camera_of(camera), height, width, begin, end, traced_layout(is_colored), planes, top, rows);
+        return true;
+    });
+}
+
+/// The pixels at edges, (n, 2), of some rows of such planes, all counted from their first row, valid until the next call; writes n to `count`.
+EXPORT(pixels_at_edges)
+const bob::Pixel* pixels_at_edges(bool is_colored, const float* planes, std::int32_t rows, std::int32_t width, std::int32_t begin,
+                                  std::int32_t end, std::uint32_t* count) {
+    return attempt([&] {
+        static std::vector<bob::Pixel> found;
+        const bob::Layout& layout = traced_layout(is_colored);
+        const std::size_t size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(width);
+        const auto plane = [&](const bob::Channel& channel) { return planes + static_cast<std::size_t>(layout.place_of(channel)) * size; };
+        const float* const first = plane(is_colored ? bob::channels::color : bob::channels::gray);
+        const std::array light{bob::LightPlane{first}, bob::LightPlane{first + size}, bob::LightPlane{first + 2 * size}};
+        found = bob::pixels_at_edges(std::span(light).first(is_colored ? 3 : 1), plane(bob::channels::depth), rows, width, begin, end);
+        *count = static_cast<std::uint32_t>(found.size());
+        return found.data() ? found.data() : reinterpret_cast<const bob::Pixel*>(planes);  // 0 would be a failure
+    });
+}
+
+/// Writes the means over side x side rays in each pixel, (count, 5), as trace_means.
+EXPORT(trace_means)
+bool trace_means(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, const bob::Pixel* pixels,
+                 std::size_t count, std::int32_t side, float* means) {
+    return attempt([&] {
+        bob::trace_means(*scene, camera_of(camera), height, width, {pixels, count}, side, means);
         return true;
     });
 }
@@ -292,10 +333,6 @@ bob::Completion frame_completion(const bob::FramePlanner* planner, bob::Mode mod
 }
 EXPORT(frame_tracing) double frame_tracing(const bob::FramePlanner* planner, bob::Mode mode, bob::Completion completion, double seconds) {
     return planner->for_tracing(mode, completion, seconds);
-}
-/// Seconds.
-EXPORT(frame_completing) double frame_completing(const bob::FramePlanner* planner, bob::Completion completion) {
-    return planner->for_completing(completion);
 }
 /// The number of pixels in a call of `seconds`.
 EXPORT(frame_pixels) double frame_pixels(const bob::FramePlanner* planner, bob::Mode mode, double seconds) {

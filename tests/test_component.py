@@ -94,12 +94,12 @@ def shown(browser, folder, host):
     """Open a page of five lines with an element of these attributes."""
     contexts, wrong = [], []
 
-    def shown(attributes, script="", **context):
-        contexts.append(browser.new_context(**context))
+    def shown(attributes, script="", size=(WIDTH, HEIGHT), **context):
+        contexts.append(browser.new_context(**{"reduced_motion": "reduce", **context}))  # cameras arrive at once
         page = contexts[-1].new_page()
         page.add_init_script(TOLD + script)
         page.on("pageerror", lambda error: wrong.append(str(error)))
-        text = FIVE_LINES.format(attributes=attributes, width=WIDTH, height=HEIGHT)
+        text = FIVE_LINES.format(attributes=attributes, width=size[0], height=size[1])
         (folder / "index.html").write_text(text)
         page.goto(host)
         return page
@@ -113,7 +113,11 @@ def shown(browser, folder, host):
 def exact(page):
     """Return (H, W, 4) uint8, once it is exact."""
     page.wait_for_function("() => told.some(({ type }) => type === 'load')")
-    page.evaluate("() => document.querySelector('bob-view').converged()")
+    page.evaluate("""() => {
+      const view = document.querySelector("bob-view");
+      view.setAttribute("samples", "1");
+      return view.converged();
+    }""")
     return pixels(page)
 
 
@@ -161,6 +165,62 @@ def test_another_scene_replaces_it(shown, folder):
     exact(page)
     page.evaluate("() => { told.length = 0; document.querySelector('bob-view').src = 'gear.sdf'; }")
     assert_shows(page, expected(bob.load(folder / "gear.sdf")))
+
+
+LATER = """<!doctype html>
+<bob-view picture-size="128x96"></bob-view>
+<script>
+  const view = document.querySelector("bob-view");
+  Object.assign(view, { src: "wedge.glb", alt: "A wedge", camera: { azimuth: 50 } });
+</script>
+<script type="module" src="bob/component/bob-view.js"></script>
+"""
+
+
+def test_properties_set_before_the_module_has_loaded_are_taken_over(browser, folder, host):
+    (folder / "later.html").write_text(LATER)
+    page = browser.new_context().new_page()
+    page.add_init_script(TOLD)
+    page.goto(f"{host}later.html")
+    assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(azimuth=50)))
+    assert page.evaluate("() => [view.src, view.getAttribute('alt'), view.camera.azimuth]") == [
+        "wedge.glb",
+        "A wedge",
+        50,
+    ]
+    page.context.close()
+
+
+STATES = """
+window.states = [];
+document.addEventListener("progress", ({ target }) => {
+  const { exact, final, isSmoothed, enlarged } = target.viewing.statistics;
+  const { width } = target.shadowRoot.querySelector("canvas");
+  states.push({ exact, final, isSmoothed, enlarged, width });
+}, true);
+"""
+
+
+@pytest.mark.parametrize(("size", "ratio"), [((2560, 1440), 1), ((800, 600), 3)], ids=str)
+def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, ratio):
+    """However many: in rows, if they are too many for the core's memory. An enlarged picture is not called exact."""
+    window = {"width": size[0], "height": size[1]}
+    page = shown('src="wedge.glb"', STATES, size, viewport=window, device_scale_factor=ratio)
+    found = exact(page)
+    width, height = (ratio * each for each in size)
+    assert found.shape == (height, width, 4)
+    wanted = color_to_8_bit(bob.trace(bob.load(folder / "wedge.glb"), size=(height, width)).gray)
+    assert (np.abs(found[..., 0].astype(int) - wanted) > 1).mean() < 0.002
+    states = page.evaluate("() => states")
+    assert states[-1]["exact"]
+    for state in states:
+        assert state["width"] == width or (state["enlarged"] and not state["exact"] and not state["final"])
+    view = "document.querySelector('bob-view')"
+    page.evaluate(f"() => {{ states.length = 0; {view}.setAttribute('samples', '4'); return {view}.converged(); }}")
+    assert [state["isSmoothed"] for state in page.evaluate("() => states") if state["final"]] == [True]
+    smoothed = bob.render(bob.load(folder / "wedge.glb"), size=(height, width), background="#000").rgba
+    assert (np.abs(pixels(page)[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() < 0.0002
+    assert (np.abs(found[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() > 0.0005
 
 
 def test_what_is_wrong_is_told_and_shown(shown):
@@ -345,7 +405,7 @@ def test_hands_turn_it_only_where_they_may(shown):
 
 
 def test_it_turns_by_itself_while_nobody_does(shown):
-    page = shown('src="wedge.glb" auto-rotate')
+    page = shown('src="wedge.glb" auto-rotate', reduced_motion="no-preference")
     page.wait_for_function("() => told.some(({ type }) => type === 'camera-change')", timeout=20_000)
     azimuth = page.evaluate("() => document.querySelector('bob-view').camera.azimuth")
     assert 0 < azimuth < 30

@@ -6,7 +6,7 @@ import pytest
 from browser import serving
 
 from bobrossnet.page.files import VIEWER
-from bobrossnet.page.joining import ENTRIES, Modules, joined
+from bobrossnet.page.joining import ENTRIES, Modules, joined, squeezed
 
 FILES = {
     "a/entry.js": """
@@ -53,6 +53,24 @@ class Folder(Modules):
             (tmp_path / path).parent.mkdir(exist_ok=True)
             (tmp_path / path).write_text(text)
         super().__init__(tmp_path)
+
+
+SPACED = [
+    ('const a = [ 1, 2 ], b = "x , y";\n', 'const a=[1,2],b="x , y";\n'),
+    ("a = b + +c - -d + e;\n", "a=b+ +c- -d+e;\n"),
+    ('f = `${a ? `( ${b + 1} )` : " : "} , ${ { c } }` + 1;\n', 'f=`${a ? `( ${b + 1} )` : " : "} , ${ { c } }`+1;\n'),
+    (r"""x = /[/] , (\/) "/ .exec(y) ; z = a / b / c;""" + "\n", r"""x=/[/] , (\/) "/ .exec(y);z=a / b / c;""" + "\n"),
+    (
+        "// a / b : it's\nreturn typeof c in d ? '( it\\'s )' : e;\n",
+        "return typeof c in d?'( it\\'s )':e;\n",
+    ),
+    ("f(\n1,\n2\n)\n++a\n", "f(1,2\n)\n++a\n"),
+]
+
+
+@pytest.mark.parametrize(("text", "wanted"), SPACED)
+def test_spaces_go_where_nothing_needs_them(text, wanted):
+    assert squeezed(text) == wanted
 
 
 def test_joined_modules_do_what_they_did(browser, tmp_path):

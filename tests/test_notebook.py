@@ -113,6 +113,7 @@ def exact(page, i=0):
         """async (i) => {
       const view = document.querySelectorAll("bob-view")[i];
       if (!view.viewing.statistics.pictures) await new Promise((shown) => view.addEventListener("load", shown));
+      view.setAttribute("samples", "1"); // as traced
       await view.converged();
       return view.toDataURL();
     }""",

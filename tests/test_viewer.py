@@ -46,7 +46,7 @@ class Page:
     """The page from the user's view."""
 
     def __init__(self, browser, address, script="", **context):
-        self.context = browser.new_context(**context)
+        self.context = browser.new_context(**{"reduced_motion": "reduce", **context})  # cameras arrive at once
         self.tab = self.context.new_page()
         self.tab.add_init_script(script)
         self.wrong = []
@@ -81,7 +81,12 @@ class Page:
         self.opened()
 
     def exact(self):
-        """Return the exact picture, (H, W, 3) uint8."""
+        """Return the exact picture, (H, W, 3) uint8, with one ray in each pixel."""
+        self.tab.evaluate("() => document.querySelector('#picture').setAttribute('samples', '1')")
+        return self.final()
+
+    def final(self):
+        """Return the last picture, (H, W, 3) uint8."""
         self.tab.evaluate("() => bobrossnet.converged()")
         return self.pixels()
 
@@ -143,6 +148,102 @@ def test_gallery_is_shown_as_python_renders_it(page, viewer, file):
     page.choose(file)
     assert_equal_pictures(page.exact(), expected(bob.load(viewer.files[f"gallery/{file}"])))
     assert page.text("#fraction") != ""
+
+
+PICTURES = """
+window.pictures = [];
+document.addEventListener("progress", () => {
+  const { exact, final, isSmoothed } = bobrossnet.statistics;
+  pictures.push([exact, isSmoothed, final]);
+}, true);
+"""
+
+
+@pytest.mark.parametrize("script", ["shared memory", "alone"])
+@pytest.mark.parametrize("file", ["gear.sdf", "lantern.bob"])
+def test_edges_at_rest_are_smoothed_as_python_renders_them(browser, viewer, file, script):
+    """After the exact picture, which comes first."""
+    page = Page(
+        browser, f"{viewer.url}?size=300x201&workers=3#scene={file}", PICTURES + (ALONE if script == "alone" else "")
+    )
+    found = page.final()
+    scene = bob.load(viewer.files[f"gallery/{file}"])
+    wanted = bob.render(scene, size=(201, 300), background="#000").rgba[..., :3]
+    assert_equal_pictures(found, wanted)
+    seen = bob.trace(scene, size=(201, 300))
+    exact = color_to_8_bit(seen.color if "color" in seen.channels else seen.gray)
+    assert (np.abs(wanted.astype(int) - (exact if exact.ndim == 3 else exact[..., None])).max(-1) > 8).mean() > 0.005
+    pictures = page.tab.evaluate("() => pictures")
+    assert [True, False, False] in pictures
+    assert pictures[-1] == [True, True, True]
+    page.wait_until(lambda: page.text("#fraction") == "100 %, smoothed")
+    assert page.tab.evaluate("() => new Promise((later) => setTimeout(() => later(pictures.length), 500))") == len(
+        pictures
+    )
+    page.close()
+
+
+def test_edges_of_a_picture_that_was_whole_in_motion_are_smoothed(browser, viewer):
+    page = Page(browser, viewer.url + SIZE + "#scene=happy_tree.bob")
+    page.tab.fill("#budget", "200")
+    for azimuth in range(40, 60):
+        page.tab.evaluate(NEXT, azimuth)
+    wanted = bob.render(bob.happy_tree(), page.camera(), size=(HEIGHT, WIDTH), background="#000").rgba[..., :3]
+    assert_equal_pictures(page.final(), wanted)
+    page.tab.check("[value=difference]", force=True)
+    page.wait_until(lambda: "4 times as bright" in page.text("#note"))
+    page.close()
+
+
+def test_an_enlarged_picture_is_called_enlarged(browser, viewer):
+    page = Page(browser, viewer.url + "#scene=gear.sdf", viewport={"width": 2560, "height": 1440})
+    page.tab.uncheck("#refines")
+    page.tab.fill("#budget", "10")
+    for azimuth in range(40, 50):
+        page.tab.evaluate(NEXT, azimuth)
+    page.wait_until(lambda: re.fullmatch(r"[\d.]+ % of \d+x\d+, enlarged", page.text("#fraction")))
+    page.close()
+
+
+RAYS = """
+window.batches = [];
+window.Worker = class extends Worker {
+  constructor(...settings) {
+    super(...settings);
+    this.addEventListener("message", ({ data }) => data.kind === "traced" && batches.push(data));
+  }
+};
+"""
+
+REST = """
+async (azimuth) => {
+  const { statistics } = bobrossnet;
+  let pictures = 0;
+  const exact = new Promise((resolve) => {
+    document.addEventListener("progress", () => ++pictures && statistics.exact && resolve(), true);
+  });
+  const begin = performance.now();
+  batches.length = 0;
+  bobrossnet.look({ azimuth });
+  await exact;
+  return { pictures, milliseconds: performance.now() - begin, batches };
+}
+"""
+
+
+def test_at_rest_all_pixels_are_traced_on_all_threads_in_few_steps(browser, viewer):
+    width, height, threads = 800, 600, 2
+    page = Page(browser, f"{viewer.url}?size={width}x{height}&workers={threads}&samples=1#scene=gear.sdf", RAYS)
+    page.tab.evaluate("() => bobrossnet.converged()")
+    rests = [page.tab.evaluate(REST, azimuth) for azimuth in (40, 50, 60)]
+    for rest in rests:
+        moving, *resting = (batch for batch in rest["batches"] if not batch["cancelled"])
+        assert moving["batch"]["parts"] < threads
+        assert all(batch["batch"]["parts"] == threads for batch in resting)
+        assert sum(batch["rays"] for batch in resting) <= 1.3 * width * height
+        # Steps double: to 250 ms while the picture is refined, and to a second.
+        assert rest["pictures"] <= 5 + rest["milliseconds"] / 600
+    page.close()
 
 
 def test_colors_are_those_of_python(browser, viewer, tmp_path):
@@ -1122,6 +1223,37 @@ def test_named_numbers_have_sliders(script):
     assert (script.exact() != before).any()
 
 
+GEAR = (VIEWER / "gallery" / "gear.sdf").read_text().rstrip()
+
+EDITS = """
+async ([milliseconds, every]) => {
+  const text = document.querySelector("#text"), before = text.value;
+  let pictures = 0, edits = 0;
+  const count = () => ++pictures;
+  document.addEventListener("progress", count, true);
+  for (const begin = performance.now(); pictures < 3 && performance.now() < begin + milliseconds;) {
+    text.value = `${before} - sphere(${(.2 + .001 * edits++).toFixed(3)})`;
+    text.dispatchEvent(new Event("input"));
+    await new Promise((resolve) => setTimeout(resolve, every));
+  }
+  document.removeEventListener("progress", count, true);
+  return { pictures, edits };
+}
+"""
+
+
+def test_each_edit_that_is_opened_gets_a_picture(script):
+    """A slider is dragged: faster than pictures come, and the last text is shown in the end."""
+    script.tab.fill("#text", GEAR)
+    script.opened()
+    found = script.tab.evaluate(EDITS, [20_000, 15])
+    assert found["pictures"] == 3
+    script.opened()
+    source = f"{GEAR} - sphere({0.2 + 0.001 * (found['edits'] - 1):.3f})"
+    assert script.tab.input_value("#text") == source
+    assert_equal_pictures(script.exact(), expected(bob.Implicit(_core.run_script(source.encode()).expression)))
+
+
 def test_script_can_be_written_from_nothing(page):
     page.choose("knot.bob")
     assert page.tab.input_value("#text") == ""
@@ -1242,6 +1374,26 @@ def test_saved_picture_is_the_one_shown(page):
     np.testing.assert_array_equal(np.asarray(Image.open(download.value.path()).convert("RGB")), shown)
 
 
+def test_a_picture_saved_right_after_a_movement_is_exact_and_says_how_far_it_is(browser, viewer):
+    page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
+    page.exact()
+    page.tab.evaluate("""() => {
+      window.labels = [];
+      const save = document.querySelector("#save");
+      new MutationObserver(() => labels.push(save.textContent)).observe(save, { childList: true });
+    }""")
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 80 })")
+    with page.tab.expect_download() as download:
+        page.tab.click("#save")
+    gear = bob.trace(bob.load(VIEWER / "gallery" / "gear.sdf"), bob.Camera(azimuth=80), size=(480, 640))
+    found = np.asarray(Image.open(download.value.path()).convert("RGB"))
+    assert_equal_pictures(found, color_to_8_bit(gear.gray))
+    page.wait_until(lambda: page.text("#save") == "Save PNG" and not page.tab.is_disabled("#save"))
+    assert re.fullmatch(r"Tracing… \d+ %", page.tab.evaluate("() => labels[0]"))
+    assert page.text("#status") == "The picture is saved"
+    page.close()
+
+
 def test_page_opens_the_file_that_its_address_names(browser, viewer, tmp_path):
     scene = bob.Scene([bob.load(VIEWER / "gallery" / "csg.sdf"), bob.Instance(bob.happy_tree()).translate((2, 0, 0))])
     bob.save_scene(scene, tmp_path / "two.bob")
@@ -1275,10 +1427,10 @@ async (address) => {
   const schedule = new Schedule({ azimuth: 0 }, true), batches = [];
   schedule.refines = false;
   schedule.show({ threads: 2, trace: (batch) => batches.push(batch), cancel() {} });
-  for (const pixelMs of [0, 1e-4, 1e-4, 2e-4, 2e-4, 1e-4]) { // to complete a pixel
-    const batch = batches.at(-1), completing = pixelMs * batch.height * batch.width;
-    schedule.traced({ batch, rays: 1000, milliseconds: 20, reached: 1000, cancelled: false, completing });
-    schedule.completed({ batch, traced: 1000, total: completing, model: "filling" });
+  for (const pixelMs of [5e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 1e-4, 1e-4, 1e-4]) { // to complete a pixel
+    const batch = batches.at(-1), { height, width } = batch, total = pixelMs * height * width;
+    schedule.traced({ batch, rays: 1000, milliseconds: 20, left: height * width - 1000, cancelled: false });
+    schedule.completed({ batch, traced: 1000, total, model: pixelMs > 3e-4 ? "small" : "filling" });
     schedule.change({ camera: { azimuth: batches.length } });
   }
   return batches.map(({ parts, height, milliseconds, completed }) => [parts, height, milliseconds, completed.length]);
@@ -1286,10 +1438,12 @@ async (address) => {
 
 
 def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
-    """In 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace the first picture, and one completes it."""
+    """In 33 ms each; 640x480 pixels take 31 or 61 ms. The median of the last pictures counts, not of another network's
+    before. All threads trace the first picture, and one completes it.
+    """
     batches = page.tab.evaluate(SCHEDULED, viewer.url)
     parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
-    assert parts == [2, 1, 1, 1, 1, 1, 1]
-    assert heights == [480, 480, 480, 480, 320, 320, 384]
+    assert parts == [2] + 9 * [1]
+    assert heights == [480, 192, 384, 384, 384, 320, 320, 320, 320, 384]
     assert all(each == pytest.approx(0.8 * 33) for each in milliseconds)
-    assert completed == [0, 1, 1, 1, 1, 1, 1]
+    assert completed == [0] + 9 * [1]

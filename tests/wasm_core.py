@@ -271,7 +271,7 @@ class WasmCore:
                     self.texture(made, each) if index == 6 and each else each for index, each in enumerate(arguments)
                 ]
             handles.append(getattr(self, kind.lower())(*arguments))
-        return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
+        return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers, np.zeros(4))
 
     def trace(self, scene, camera, size, pixels):
         """Return planes of mask, gray, depth, normal, and color if the scene has colours."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import base64
+import itertools
 import json
 import os
 import shutil
@@ -19,7 +20,9 @@ import sys
 import tempfile
 import threading
 import time
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -30,6 +33,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 import bobrossnet as bob
 from bobrossnet.page.files import GALLERY, READ_IN_PAGE, page_files
 from bobrossnet.page.server import Server
+from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
@@ -44,7 +48,9 @@ MESHES = {
     "scans/stanford_bunny.ply": "bunny",
     "scans/armadillo.ply": "armadillo",
     "loader_originals/glb_material/CesiumMilkTruck.glb": "textured truck",
+    "scans/kitten.ply": "kitten",
 }
+FURTHER = ("scans/kitten.ply",)
 SCENES = {"gallery/happy_tree.bob": "happy tree", "gallery/csg.sdf": "CSG", "gallery/gear.sdf": "gear"}
 
 FOLDERS = ("loader_originals", "broken_odd", "nurbs", "implicit", "scans")
@@ -72,6 +78,52 @@ async ([milliseconds, degrees]) => {
   document.removeEventListener("progress", shown, true);
   const seconds = (performance.now() - begin) / 1000;
   return { rate: (statistics.pictures - first) / seconds, fractions, completing, gaps, rays: statistics.raysPerSecond };
+}
+"""
+
+WINDOWS = ((1280, 800), (1920, 1080), (2560, 1440))
+RATIOS = (1, 3)
+
+REST = """
+async (azimuth) => {
+  const { statistics } = bobrossnet, begin = performance.now();
+  let exact, pictures = 0;
+  const seen = () => {
+    ++pictures;
+    if (statistics.exact) exact ??= performance.now() - begin;
+  };
+  document.addEventListener("progress", seen, true);
+  bobrossnet.look({ azimuth });
+  await bobrossnet.converged();
+  document.removeEventListener("progress", seen, true);
+  const { width, height } = document.querySelector("#picture").shadowRoot.querySelector("canvas");
+  return { exact, smoothed: performance.now() - begin, pictures, width, height };
+}
+"""
+
+WHOLE = """
+(settings) => new Promise((resolve, reject) => {
+  const worker = new Worker("whole.js", { type: "module" });
+  worker.onmessage = ({ data }) => {
+    worker.terminate();
+    data.error ? reject(new Error(data.error)) : resolve(data);
+  };
+  worker.onerror = (event) => reject(new Error(event.message));
+  worker.postMessage(settings);
+})
+"""
+
+# The last picture of an orbit, and its camera.
+MOVED = """
+async ([pictures, degrees]) => {
+  const view = document.querySelector("#picture");
+  let batch;
+  for (let i = 0; i < pictures; ++i) {
+    const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+    bobrossnet.look({ azimuth: bobrossnet.camera().azimuth + degrees });
+    ({ batch } = (await next).detail);
+  }
+  return { picture: view.toDataURL(), camera: batch.camera };
 }
 """
 
@@ -167,6 +219,90 @@ def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int
         medians = {way: [statistics.median(times) for times in zip(*spent[way], strict=True)] for way in SHARING}
         rows.append((name, *(f"{medians[way][i]:.0f}" for i in range(2) for way in SHARING)))
     table(("scene", *(f"{what}, {way}" for what in ("start of the page", "in the open page") for way in SHARING)), rows)
+
+
+def at_rest(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
+    heading(
+        f"From rest to exact and smoothed, ms, on {os.cpu_count()} threads;"
+        " all at once: all pixels in one call of the tracer"
+    )
+    rows = []
+    for file, name in scenes.items():
+        for (width, height), ratio in itertools.product(WINDOWS, RATIOS):
+            page = browser.new_context(
+                viewport={"width": width, "height": height}, device_scale_factor=ratio
+            ).new_page()
+            page.goto(f"{url}?scene={file}")
+            page.evaluate("() => bobrossnet.started")
+            page.evaluate("() => bobrossnet.converged()")
+            found = [(page.evaluate(REST, 40 + 10 * i), whole(page, file)) for i in range(runs)]
+            middle = {
+                key: statistics.median(each[key] for each, _ in found) for key in ("exact", "smoothed", "pictures")
+            }
+            once = statistics.median(spent for _, spent in found)
+            size = f"{found[0][0]['width']}x{found[0][0]['height']}"
+            ratios = [statistics.median(each[key] / spent for each, spent in found) for key in ("exact", "smoothed")]
+            rows.append(
+                (name, f"{width}x{height}, {ratio}", size, f"{once:.0f}", *(f"{middle[key]:.0f}" for key in middle))
+                + tuple(f"{each:.2f}" for each in ratios)
+            )
+            page.context.close()
+    table(
+        (
+            "scene",
+            "window, ratio",
+            "pixels",
+            "all at once",
+            "exact",
+            "smoothed",
+            "pictures",
+            "exact, ratio",
+            "smoothed, ratio",
+        ),
+        rows,
+    )
+
+
+def whole(page: Page, file: str) -> float:
+    """Return the milliseconds to trace all pixels of the page's picture at once."""
+    size = page.evaluate("() => bobrossnet.schedule.size")
+    camera = page.evaluate("() => bobrossnet.camera()")
+    settings = {"file": file, "camera": camera, "sizes": [size], "threads": os.cpu_count()}
+    (spent,) = page.evaluate(WHOLE, settings)
+    return float(spent)
+
+
+def in_windows(browser: Browser, url: str, scenes: dict[str, str], files: dict[str, Any]) -> None:
+    heading(f"SSIM in motion, as displayed, after {2 * BEFORE} steps of {STEP}°, in 33 ms: mean of three places")
+    rows = []
+    for file, name in scenes.items():
+        scene = bob.load(files[file])
+        for (width, height), ratio in itertools.product(WINDOWS, RATIOS):
+            page = browser.new_context(
+                viewport={"width": width, "height": height}, device_scale_factor=ratio
+            ).new_page()
+            page.goto(f"{url}?scene={file}")
+            page.evaluate("() => bobrossnet.started")
+            page.evaluate("() => bobrossnet.converged()")
+            page.uncheck("#refines")
+            scores, sizes = [], []
+            whole = page.evaluate("() => bobrossnet.schedule.size")
+            for _ in range(3):
+                found = page.evaluate(MOVED, [2 * BEFORE, STEP])
+                shown = Image.open(BytesIO(base64.b64decode(found["picture"].partition(",")[2]))).convert("RGB")
+                sizes.append(f"{shown.width}x{shown.height}")
+                pan = found["camera"].pop("panX"), found["camera"].pop("panY")
+                camera = bob.Camera(**found["camera"], pan=pan)
+                size = whole["height"], whole["width"]
+                exact = color_to_8_bit(bob.trace(scene, camera, size=size).color)
+                large = np.asarray(shown.resize(size[::-1], Image.Resampling.BILINEAR))
+                scores.append(bob.ssim(*((each / 255).astype(np.float32).mean(-1) for each in (large, exact))))
+            sizes_shown = ", ".join(dict.fromkeys(sizes))
+            rows.append(
+                (name, f"{width}x{height}, {ratio}", f"{size[1]}x{size[0]}", sizes_shown, f"{np.mean(scores):.3f}")
+            )
+            page.context.close()
+    table(("scene", "window, ratio", "pixels", "moving", "SSIM"), rows)
 
 
 def in_bands(browser: Browser, server: Server) -> None:
@@ -372,7 +508,7 @@ def draw(curves: dict[str, NDArray[np.float64]], figure: Path) -> None:
     drawing.savefig(figure, dpi=110)
 
 
-PARTS = ("orbiting", "first", "bands", "large", "rival", "memory")
+PARTS = ("orbiting", "first", "rest", "windows", "bands", "large", "rival", "memory")
 
 
 def main() -> None:
@@ -381,6 +517,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=10, help="of each orbit")
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--gallery", action="store_true", help="first pictures of all of the gallery's scenes")
+    parser.add_argument("--scenes", nargs="*", help="names of those at rest and in windows; by default all")
     parser.add_argument("--minutes", type=float, default=10, help="for memory")
     parser.add_argument("--views", type=int, default=8)
     parser.add_argument("--figure", type=Path, help="where to draw the curves of SSIM")
@@ -390,13 +527,16 @@ def main() -> None:
     options = ["--no-sandbox"] if os.geteuid() == 0 else []
     with page_files() as files, Server(files) as server, sync_playwright() as playwright:
         scenes = dict(SCENES)
+        further = {"gallery/lantern.bob": "lantern"}
         for path, name in MESHES.items():
             if (MODELS / path).is_file():
                 served = Path(path).name
                 server.files[served] = MODELS / path
-                scenes[served] = name
+                (further if path in FURTHER else scenes)[served] = name
         server.files |= {"bands.js": HERE / "bands.js", "rival.js": HERE / "rival.js", "rival.html": b"<!doctype html>"}
+        server.files["whole.js"] = HERE / "whole.js"
         threading.Thread(target=server.serve_forever, daemon=True).start()
+        chosen = {file: name for file, name in (scenes | further).items() if name in (arguments.scenes or (name,))}
         browser = playwright.chromium.launch(executable_path=chromium, args=options)
         print(f"{browser.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
         if "orbiting" in parts:
@@ -405,6 +545,10 @@ def main() -> None:
             gallery = json.loads((VIEWER / GALLERY).read_bytes()) if arguments.gallery else []
             further = {f"gallery/{entry['file']}": entry["title"] for entry in gallery}
             first_pictures(browser, server.url, further | scenes, arguments.runs)
+        if "rest" in parts:
+            at_rest(browser, server.url, chosen, arguments.runs)
+        if "windows" in parts:
+            in_windows(browser, server.url, chosen, server.files)
         if "bands" in parts:
             in_bands(browser, server)
         if "large" in parts:

@@ -36,6 +36,10 @@ PictureTracing::PictureTracing(const Scene& scene, const Camera& camera, int hei
 void PictureTracing::trace(std::size_t count, float* planes) {
     if (rounds_ && done_ == 0 && 100 * count > dear_share * rounds_->height() * rounds_->width()) trace_all(count, planes);
     while (done_ < count) {
+        if (!rounds_ && !order_) {
+            trace_tiles(count - done_, planes);
+            continue;
+        }
         const std::span<const Pixel> pixels = next(count - done_, planes);
         trace_into(scene_, camera_, height_, width_, pixels, layout_, planes);
         done_ += pixels.size();
@@ -67,10 +71,6 @@ std::span<const Pixel> PictureTracing::next(std::size_t count, const float* plan
         return pixels;
     }
     count = std::min(count, piece);
-    if (!order_) {
-        next_tiles(count);
-        return pixels_;
-    }
     pixels_.resize(count);
     parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
         order_(static_cast<std::uint32_t>(done_ + begin), std::span(pixels_).subspan(begin, end - begin));
@@ -78,19 +78,13 @@ std::span<const Pixel> PictureTracing::next(std::size_t count, const float* plan
     return pixels_;
 }
 
-void PictureTracing::next_tiles(std::size_t count) {
+void PictureTracing::trace_tiles(std::size_t count, float* planes) {
     constexpr int side = 8;
     const int top = static_cast<int>(done_ / static_cast<std::size_t>(width_));
-    const int rows = std::max(side, static_cast<int>(count / static_cast<std::size_t>(width_)) / side * side);
+    const int rows = std::max(side, static_cast<int>(std::min(count, piece) / static_cast<std::size_t>(width_)) / side * side);
     const int bottom = std::min(height_, top + rows);
-    pixels_.clear();
-    for (int y = top; y < bottom; y += side) {
-        for (int x = 0; x < width_; x += side) {
-            for (int row = y; row < std::min(bottom, y + side); ++row) {
-                for (int column = x; column < std::min(width_, x + side); ++column) pixels_.push_back({row, column});
-            }
-        }
-    }
+    trace_rows(scene_, camera_, height_, width_, top, bottom, layout_, planes, 0, height_);
+    done_ += static_cast<std::size_t>(bottom - top) * static_cast<std::size_t>(width_);
 }
 
 }  // namespace bob

@@ -41,9 +41,10 @@ public:
 private:
     /// Traces from the start, where tracing all pixels is faster; then clears the pixels beyond `count`.
     void trace_all(std::size_t count, float* planes);
-    /// The next pixels: at most `count`, except with tiles.
+    /// The next pixels: at most `count`.
     std::span<const Pixel> next(std::size_t count, const float* planes);
-    void next_tiles(std::size_t count);
+    /// Traces the next rows of tiles: at least one, and no more for at most `count` pixels.
+    void trace_tiles(std::size_t count, float* planes);
 
     const Scene& scene_;
     Camera camera_;

@@ -231,6 +231,29 @@ private:
     std::vector<float> missed_;
 };
 
+/// Traces `count` pixels, pixel_at(i), which are neighbours in this order, into planes of the `rows` rows from `top` on.
+template <class PixelAt>
+void trace_sorted(const Scene& scene, const Camera& camera, int height, int width, std::size_t count, PixelAt pixel_at, const Layout& layout,
+                  float* planes, int top, int rows) {
+    const Tracing tracing(scene, camera, height, width, layout);
+    parallel_for(count, batch_size(count), [&](std::size_t begin, std::size_t end) {
+        struct Memory {
+            std::vector<Numbered> numbered;
+            std::vector<Pixel> pixels;
+            std::vector<float> samples;
+        };
+        auto& [numbered, batch, samples] = thread_memory<Memory>();
+        numbered.clear(), batch.clear(), samples.resize((end - begin) * tracing.components());
+        for (std::size_t i = begin; i < end; ++i) {
+            const Pixel pixel = pixel_at(i);
+            numbered.push_back({pixel, static_cast<std::uint32_t>(i - begin)});
+            batch.push_back({pixel.row - top, pixel.column});
+        }
+        tracing(numbered, samples.data());
+        scatter(layout, batch, samples.data(), tracing.components(), planes, static_cast<std::size_t>(rows), static_cast<std::size_t>(width));
+    });
+}
+
 }  // namespace
 
 void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
@@ -244,23 +267,20 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
 
 void trace_into(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
                 const Layout& layout, float* planes) {
-    const Tracing tracing(scene, camera, height, width, layout);
     const std::span<const Numbered> order = by_tiles(pixels, height, width);
-    parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
-        struct Memory {
-            std::vector<Numbered> numbered;
-            std::vector<Pixel> pixels;
-            std::vector<float> samples;
-        };
-        auto& [numbered, batch, samples] = thread_memory<Memory>();
-        numbered.clear(), batch.clear(), samples.resize((end - begin) * tracing.components());
-        for (std::size_t i = begin; i < end; ++i) {
-            numbered.push_back({order[i].pixel, static_cast<std::uint32_t>(i - begin)});
-            batch.push_back(order[i].pixel);
-        }
-        tracing(numbered, samples.data());
-        scatter(layout, batch, samples.data(), tracing.components(), planes, static_cast<std::size_t>(height), static_cast<std::size_t>(width));
-    });
+    trace_sorted(scene, camera, height, width, pixels.size(), [=](std::size_t i) { return order[i].pixel; }, layout, planes, 0, height);
+}
+
+void trace_rows(const Scene& scene, const Camera& camera, int height, int width, int begin, int end, const Layout& layout, float* planes, int top,
+                int rows) {
+    constexpr std::size_t side = 8;  // of tiles: neighbours follow each other
+    const auto across = static_cast<std::size_t>(width), down = static_cast<std::size_t>(std::max(0, end - begin)), strip = side * across;
+    const auto pixel = [=](std::size_t i) {
+        const std::size_t y = i / strip * side, deep = std::min(side, down - y), in_strip = i % strip;
+        const std::size_t x = in_strip / (deep * side) * side, wide = std::min(side, across - x), in_tile = in_strip - x * deep;
+        return Pixel{begin + static_cast<int>(y + in_tile / wide), static_cast<int>(x + in_tile % wide)};
+    };
+    trace_sorted(scene, camera, height, width, down * across, pixel, layout, planes, top, rows);
 }
 
 Shading::Shading(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes)

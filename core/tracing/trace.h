@@ -25,6 +25,10 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
 void trace_into(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
                 const Layout& layout, float* planes);
 
+/// Traces the rows from `begin` to `end` of a picture into planes, (layout.width(), rows, width), whose first row is the picture's row `top`.
+void trace_rows(const Scene& scene, const Camera& camera, int height, int width, int begin, int end, const Layout& layout, float* planes, int top,
+                int rows);
+
 /// Shades rows of a reprojected picture again, for the current camera.
 ///
 /// Writes gray, from the normal and the instance, where the planes, (layout.width(), height, width), hold a hit, and 0

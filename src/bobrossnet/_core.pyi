@@ -286,6 +286,9 @@ def dashed(points: F32, ends: NDArray[np.int64], dash: float, gap: float) -> tup
 def draw_strokes(points: F32, ends: NDArray[np.int64], width: float, coverage: F32) -> None:
     """Raises `coverage` (H, W) to that of strokes."""
 
+def pixels_at_edges(color: F32, alpha: F32) -> I32:
+    """The pixels, (n, 2), of color (H, W, 3) and alpha (H, W) that are far from the mean of two opposite neighbours."""
+
 def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None:
     """Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10)."""
 
@@ -305,6 +308,9 @@ class Scene:
     def closest_hits(
         self, origins: F32, directions: F32, t: F32, instance: I32, primitive: I32, u: F64, v: F64
     ) -> None: ...
+    def trace_means(self, camera: Camera, height: int, width: int, pixels: I32, side: int) -> F32:
+        """The means over side x side rays in each pixel, (n, 5): whether they need more, linear RGB, coverage."""
+
     def trace(self, camera: Camera, height: int, width: int, pixels: I32, layout: Layout, samples: F32) -> None:
         """Writes samples (n, C): the first number of each says whether the ray hit."""
 

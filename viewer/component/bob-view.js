@@ -10,14 +10,24 @@
  * | `src` | a scene's address; its suffix determines the format |
  * | `alt` | text alternative |
  * | `poster` | the address of a picture until the first one is traced |
+ * | `reveal` | "manual" keeps the poster until `dismissPoster()` |
+ * | `up` | "y" if the file has y up; by default z is up, and formats that know it are turned |
+ * | `orientation` | "0deg 90deg 0deg": roll, pitch and yaw of the scene |
  * | `camera-orbit` | "120deg 70deg 100%": angle about the vertical, angle from straight above, distance |
  * | `field-of-view` | "35deg"; if omitted, the camera is orthographic |
+ * | `min-camera-orbit`, `max-camera-orbit`, `min-field-of-view`, `max-field-of-view` | limits of these |
  * | `camera-controls` | the mouse, touch and keys move the camera |
+ * | `touch-action` | "pan-y", the default, leaves vertical swipes to the page, "pan-x" horizontal ones, "none" none |
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
+ * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
+ * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
+ * | `exposure` | factor of the light, 1 by default |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
+ * | `samples` | maximum number of rays in a pixel at an edge, at rest, as in bobrossnet.render: 4, or 1 for unsmoothed edges |
  * | `workers` | number of tracing threads; by default the number of processors |
+ * | `loading` | "eager" loads at once; by default once the element is seen |
  * | `base` | the folder with the package's files, for all elements of the page; by default they are next to this module |
  *
  * | event | |
@@ -25,26 +35,47 @@
  * | `load` | at the first picture of a scene |
  * | `progress` | with each picture; `detail.totalProgress` is the fraction of traced pixels, 1 for an exact picture |
  * | `error` | `detail.message` is displayed unless the default is prevented |
- * | `camera-change` | after each change of the camera |
+ * | `camera-change` | after each change of the camera; `detail.source` is "user-interaction" or "none" |
+ * | `pick` | at a click; `detail` is the surface there, or null |
+ * | `poster-dismissed` | when the poster gives way to the picture |
+ *
+ * Children with slot="hotspot-…" and data-position="x y z" are hot spots (spots.js).
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {"user-interaction" | "none"} Source of a movement
  */
 import { addressOf, fileName } from "../core/addresses.js";
 import { isSingleFile, useFolder, usedFolder } from "../core/parts.js";
 import { VERSION } from "../core/version.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
+import { projection } from "../picture/projection.js";
 import { define } from "./define.js";
-import { orbit } from "./orbit.js";
+import { listen, listenForClicks } from "./gestures.js";
+import { KEYS, home, listenToKeys } from "./keys.js";
+import { LIMITS, limited } from "./limits.js";
+import { Motion } from "./motion.js";
+import { reflect } from "./properties.js";
+import { Sight } from "./sight.js";
 import { style } from "./style.js";
-import { Viewing, coreFor } from "./viewing.js";
-import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
+import { Viewing } from "./viewing.js";
+import { VIEWS, VIEW_NAMES } from "./views.js";
+import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
-const MOST_PIXELS = 2 ** 21;
+const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
+const SAMPLES = 4;
+const REMOVED = "bob-view-removed"; // an event for the element itself
+const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
 const TURN = 360 / 64; // degrees per second, when it turns by itself
 
-const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: roll. P: perspective. Home: reset.";
+/** Attributes with properties of the same names. */
+const TEXTS = [
+  "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
+  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "samples", "workers",
+  "loading", "base",
+];
+const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
@@ -52,7 +83,8 @@ const made = (name, fields = {}) => Object.assign(document.createElement(name), 
 /** Servers that import this module to render pages have no elements. */
 const Parent = /** @type {typeof HTMLElement} */ (globalThis.HTMLElement ?? Object);
 
-class Element extends Parent {
+/** Not named Element, which would hide the browser's from bundled modules. */
+class BobViewElement extends Parent {
   /** The package's version: elements with embedded parts, as in notebooks, differ from those with files. */
   static version = isSingleFile ? `${VERSION}-embedded` : VERSION;
   /** The attribute `base`: an address, or null if not set. @returns {string | null} */
@@ -66,27 +98,38 @@ class Element extends Parent {
     useFolder(folder);
   }
 
-  static observedAttributes = [
-    "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
-    "picture-size", "base",
-  ];
+  static observedAttributes = ["src", "alt", ...TEXTS, ...SWITCHES];
 
   #canvas = made("canvas", { width: 1, height: 1 });
   #poster = made("img", { hidden: true, alt: "" });
   #prompt = made("p", { id: "prompt", className: "unseen", textContent: "Drag to turn" });
   #wrong = made("p", { id: "wrong", hidden: true });
+  #where = made("p", { id: "where", role: "status" });
+  #whereTimer = 0;
   #context = /** @type {ImageBitmapRenderingContext} */ (this.#canvas.getContext("bitmaprenderer"));
   /** @type {Viewing | undefined} */
   #viewing;
   /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
-  #resizing = new ResizeObserver(() => this.#fit());
+  #resizing = new ResizeObserver(() => this.#resize());
+  #sight = new Sight(this, () => this.#see());
+  #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
+  #children = new MutationObserver(() => this.#addSpots());
+  /** @type {import("./spots.js").Spots | undefined} */
+  #spots;
+  /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
+  #cube;
   /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
   #wasTouched = false;
   #promptTimer = 0;
   #turning = 0;
+  #saving = 0; // pictures being saved, for which it stands still
+  #refines = true; // without such pictures
+  /** The open scene's name and source. @type {[string, Blob | string] | undefined} */
+  #source;
+  #isRevealed = false; // by dismissPoster()
   #isNew = false; // whether the scene has no picture yet
   /** @type {import("../workers/completing.js").Showing} */
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
@@ -98,38 +141,55 @@ class Element extends Parent {
     this.#prompt.ariaHidden = "true";
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
-    root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("p", { id: "keys", hidden: true, textContent: KEYS }));
+    listenForClicks(this.#canvas, (event) => this.#click(event));
+    for (const [name, of] of Object.entries({ picture: this.#canvas, poster: this.#poster, prompt: this.#prompt, error: this.#wrong })) {
+      of.setAttribute("part", name);
+    }
+    root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("div", { id: "ring" }), this.#where,
+                made("p", { id: "keys", hidden: true, textContent: KEYS }));
   }
 
   connectedCallback() {
-    const address = this.src === null ? null : this.#address;
-    this.#start(coreFor(address ? fileName(address) : ""));
-    this.#describe();
-    this.#resizing.observe(this);
-    if (this.src !== null) this.#open();
-    this.#turn();
-  }
-
-  /** @param {import("./viewing.js").CoreName} core */
-  #start(core) {
+    this.#takeOver();
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
-    this.#viewing?.end();
-    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize, core }, {
+    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
+    this.#viewing.schedule.side = this.#side;
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
-    this.#fit();
+    this.#resize();
+    this.#describe();
+    this.#resizing.observe(this);
+    this.#children.observe(this, { childList: true });
+    this.#addSpots();
+    this.#sight.begin();
+    this.#see();
+    if (this.src !== null) this.#open();
+  }
+
+  /** Takes over properties that were set before this class was known: they hide its accessors. */
+  #takeOver() {
+    const set = /** @type {Record<string, any>} */ (/** @type {unknown} */ (this));
+    for (const name of Object.keys(this).filter((name) => name in BobViewElement.prototype)) {
+      const value = set[name];
+      delete set[name];
+      set[name] = value;
+    }
   }
 
   disconnectedCallback() {
     this.#camera = this.camera;
     this.#resizing.disconnect();
+    this.#children.disconnect();
+    this.#sight.end();
     this.#viewing?.end();
     this.#viewing = undefined;
+    this.#motion.stop();
     clearTimeout(this.#promptTimer);
-    cancelAnimationFrame(this.#turning);
+    clearTimeout(this.#whereTimer);
+    this.dispatchEvent(new Event(REMOVED));
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
@@ -145,17 +205,35 @@ class Element extends Parent {
       const fov = value === null ? 0 : fromFieldOfView(value);
       if (fov !== null) this.#look({ fov }, "none");
       else this.#fail(`field-of-view: expected an angle, such as 35deg, got ${value}`);
+    } else if (LIMITS.includes(name)) {
+      if (value !== null && !(/orbit/.test(name) ? orbitOf(value) : fromFieldOfView(value))) {
+        this.#fail(`${name}: expected ${/orbit/.test(name) ? "angles and a share, such as auto 30deg 50%" : "an angle, such as 20deg"}, got ${value}`);
+      }
+      this.#look({}, "none");
+    } else if (name === "up" || name === "orientation") {
+      if (this.#source && this.#viewing) this.#read(...this.#source);
     } else if (name === "poster") {
       this.#poster.src = value ?? "";
-      this.#poster.hidden = value === null || this.#canvas.width > 1;
+      this.#poster.hidden = value === null || (this.#canvas.width > 1 && !this.#isCovered);
+    } else if (name === "view-cube") {
+      this.#addCube();
+    } else if (name === "exposure") {
+      const exposure = Number(value ?? 1);
+      if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
+      else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
-      this.#fit();
+      this.#resize();
+    } else if (name === "samples") {
+      if (this.#viewing) this.#viewing.schedule.side = this.#side;
+      this.#viewing?.change({});
     } else if (name === "base") {
-      Element.base = value;
-    } else if (name === "auto-rotate") {
+      BobViewElement.base = value;
+    } else if (name === "loading") {
+      this.#see();
+    } else if (name === "auto-rotate" || name === "rotation-per-second") {
       this.#turn();
     } else {
       this.#describe();
@@ -175,6 +253,7 @@ class Element extends Parent {
 
   /** @param {Partial<Camera>} camera missing parameters are unchanged */
   set camera(camera) {
+    this.#motion.stop();
     this.#look(camera, "none");
   }
 
@@ -224,8 +303,21 @@ class Element extends Parent {
     this.#viewing?.paint(this.#showing);
   }
 
-  /** The current picture. @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>} */
-  toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+  /**
+   * The exact picture, of the size at rest: waits until it is traced. `progress` events report how far that is.
+   *
+   * @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>}
+   */
+  async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+    const { viewing } = this;
+    this.#motion.stop();
+    if (this.#saving++ === 0) this.#refines = viewing.schedule.refines;
+    viewing.refine(true);
+    try {
+      await this.converged();
+    } finally {
+      if (--this.#saving === 0) viewing.refine(this.#refines);
+    }
     return new Promise((resolve, reject) => this.#canvas.toBlob(
       (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
   }
@@ -235,17 +327,61 @@ class Element extends Parent {
     return this.#canvas.toDataURL(type, quality);
   }
 
-  /** Resolves once the picture is exact. @returns {Promise<void>} */
+  /**
+   * Resolves once the picture is exact, and its edges are smoothed; so not before it is seen.
+   *
+   * @returns {Promise<void>} rejected if the element is removed before
+   */
   converged() {
-    return new Promise((resolve) => {
+    return new Promise((resolve, reject) => {
+      const listening = new AbortController(), { signal } = listening;
       const check = () => {
-        if (!this.#viewing?.statistics.exact) return;
-        this.removeEventListener("progress", check);
-        resolve();
+        if (this.#viewing && !this.#viewing.statistics.final) return;
+        listening.abort();
+        if (this.#viewing) resolve();
+        else reject(new Error("converged: expected an element in a document, got one that was removed"));
       };
-      this.addEventListener("progress", check);
+      this.addEventListener("progress", check, { signal });
+      this.addEventListener(REMOVED, check, { signal });
       check();
     });
+  }
+
+  /**
+   * Moves the camera, smoothly unless the user prefers reduced motion.
+   *
+   * @param {import("./views.js").ViewName | "home" | Partial<Camera>} view
+   * @returns {Promise<void>} resolved once it is there, or something else moves the camera
+   */
+  async goTo(view) {
+    if (view === "home") return this.#home("none");
+    const camera = typeof view === "string" ? VIEWS[view] : view;
+    if (!camera) throw new TypeError(`goTo: expected home, ${VIEW_NAMES.join(", ")} or a camera, got ${view}`);
+    return this.#motion.goTo(camera);
+  }
+
+  /** Removes the poster, with reveal="manual" as soon as there is a picture. */
+  dismissPoster() {
+    this.#isRevealed = true;
+    if (this.#canvas.width > 1) this.#uncover();
+  }
+
+  /** Shows the whole scene, as large as possible, in the same direction. @returns {Promise<void>} as goTo */
+  fit() {
+    return this.#goToFit("none");
+  }
+
+  /**
+   * The surface at a place of the window, such as an event's clientX and clientY.
+   *
+   * @param {number} clientX @param {number} clientY
+   * @returns {Promise<import("../picture/picking.js").Picked | null>} null if there is none
+   */
+  async pick(clientX, clientY) {
+    const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
+    const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
+    const { picked } = await import("../picture/picking.js");
+    return picked(place, pictureBox, camera, (...places) => this.#probe(...places));
   }
 
   // ---- Scenes --------------------------------------------------------------------------------------------
@@ -261,13 +397,27 @@ class Element extends Parent {
     queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
   }
 
+  /** The rotation of a file's scene. @param {string} name with the suffix of its format */
+  async #rotationOf(name) {
+    const up = this.getAttribute("up"), orientation = this.getAttribute("orientation");
+    if (up === null && orientation === null) return null;
+    const { rotationOf } = await import("../component/orientation.js");
+    try {
+      return rotationOf(name, up, orientation);
+    } catch (error) {
+      this.#fail(/** @type {Error} */ (error).message);
+      return null;
+    }
+  }
+
   /** @param {string} name @param {Blob | string} source */
   async #read(name, source) {
+    this.#source = [name, source];
     this.ariaBusy = "true";
-    if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
     const { viewing } = this;
     try {
-      if (await viewing.read(name, source)) this.begun();
+      const turn = await this.#rotationOf(name);
+      if (viewing === this.#viewing && await viewing.read(name, source, { turn })) this.begun();
     } catch (error) {
       this.#fail(error instanceof Error ? error.message : String(error));
     } finally {
@@ -278,6 +428,8 @@ class Element extends Parent {
   /** Called for each new scene. */
   begun() {
     this.#isNew = true;
+    this.#motion.pivot = null;
+    this.#spots?.clear();
     this.#wrong.hidden = true;
   }
 
@@ -292,19 +444,33 @@ class Element extends Parent {
   // ---- Pictures ------------------------------------------------------------------------------------------
 
   /** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
-  #show({ bitmap, batch, traced }, repainted) {
+  #show({ bitmap, batch }, repainted) {
     const canvas = this.#canvas, { width, height } = bitmap;
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
     this.#context.transferFromImageBitmap(bitmap);
-    this.#poster.hidden = true;
+    if (!this.#isCovered) this.#uncover();
     if (repainted) return;
-    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
+    this.#sight.look();
+    if (!this.#sight.isSeen) this.#see();
+    this.#spots?.show(batch.camera);
+    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: this.viewing.statistics.progress, batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
     this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));
     this.#touchedAt = performance.now();
     this.#promptTimer = setTimeout(() => this.#prompt.classList.toggle("unseen", !this.#isPrompting), IDLE_MS);
+  }
+
+  /** Whether the poster stays before the picture. */
+  get #isCovered() {
+    return this.getAttribute("reveal") === "manual" && !this.#isRevealed;
+  }
+
+  #uncover() {
+    if (this.#poster.hidden) return;
+    this.#poster.hidden = true;
+    this.dispatchEvent(new CustomEvent("poster-dismissed"));
   }
 
   get #isPrompting() {
@@ -316,8 +482,14 @@ class Element extends Parent {
     return match && { width: Number(match[1]), height: Number(match[2]) };
   }
 
+  /** Side of the grid of rays in a pixel at an edge. */
+  get #side() {
+    const samples = Number(this.getAttribute("samples") ?? SAMPLES);
+    return samples >= 1 ? Math.min(8, Math.floor(Math.sqrt(samples))) : Math.sqrt(SAMPLES);
+  }
+
   /** The size of the picture at rest: device pixels. */
-  #fit() {
+  #resize() {
     const { clientWidth, clientHeight } = this, fixed = this.#fixedSize;
     const { width, height } = fixed ?? { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio };
     if (!this.#viewing || width < 1 || height < 1) return;
@@ -325,6 +497,29 @@ class Element extends Parent {
     const shrink = Math.min(clientWidth / width, clientHeight / height);
     this.#canvas.style.width = `${width * shrink}px`, this.#canvas.style.height = `${height * shrink}px`;
     this.#viewing.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
+  }
+
+  // ---- Marks on the picture -------------------------------------------------------------------------------
+
+  /** Places the children that are hot spots, if there are any. */
+  async #addSpots() {
+    if (this.#spots || !this.querySelector(":scope > [slot^=hotspot]")) return;
+    const { Spots } = await import("../component/spots.js"), root = /** @type {ShadowRoot} */ (this.shadowRoot);
+    this.#spots ??= new Spots(this, root, (...places) => this.#probe(...places), () => this.pictureBox);
+    if (this.#canvas.width > 1) this.#spots.show(this.camera);
+  }
+
+  /** Adds or removes the view cube. */
+  async #addCube() {
+    const { createCube } = await import("../component/cube.js"), isWanted = this.hasAttribute("view-cube");
+    if (isWanted === (this.#cube !== undefined)) return;
+    this.#cube?.remove();
+    const choose = (/** @type {import("./views.js").ViewName} */ name) => {
+      this.#motion.pivot = null;
+      this.#motion.goTo(VIEWS[name], "user-interaction");
+    };
+    this.#cube = isWanted ? createCube(/** @type {ShadowRoot} */ (this.shadowRoot), choose) : undefined;
+    this.#cube?.show(this.camera);
   }
 
   // ---- Hands ---------------------------------------------------------------------------------------------
@@ -341,39 +536,104 @@ class Element extends Parent {
     this.#hands = isTurned ? new AbortController() : undefined;
     if (isTurned) canvas.tabIndex = 0;
     else canvas.removeAttribute("tabindex");
-    if (this.#hands) orbit(canvas, () => this.camera, (camera) => this.#look(camera, "user-interaction"), this.#hands.signal);
+    if (!this.#hands) return;
+    const { signal } = this.#hands;
+    listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
+    listenToKeys(canvas, this.#motion, () => this.camera, {
+      fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre(),
+    }, signal);
   }
 
-  /** @param {Partial<Camera>} camera @param {"user-interaction" | "none"} source */
+  /** As Viewing.probe. @type {Viewing["probe"]} */
+  async #probe(...places) {
+    return this.#viewing?.probe(...places) ?? null;
+  }
+
+  /** @param {Source} source */
+  async #goToFit(source) {
+    const { fitted } = await import("../picture/fitting.js");
+    const camera = await fitted(this.camera, this.pictureBox, (...places) => this.#probe(...places));
+    this.#motion.pivot = null;
+    await this.#motion.goTo(camera, source);
+  }
+
+  /** @param {Source} source */
+  #home(source) {
+    this.#motion.pivot = null;
+    return this.#motion.goTo(home(this.camera), source);
+  }
+
+  /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
+  async #focus(x, y) {
+    const picked = await this.pick(x, y), { pictureBox } = this;
+    if (!picked) return this.#goToFit("user-interaction");
+    this.#motion.pivot = picked.inSphere;
+    const pan = projection(this.camera, pictureBox).panTo(picked.inSphere, pictureBox.width / 2, pictureBox.height / 2);
+    await this.#motion.goTo(pan, "user-interaction");
+  }
+
+  #pickCentre() {
+    const { left, top, width, height } = this.#canvas.getBoundingClientRect();
+    this.#click({ clientX: left + width / 2, clientY: top + height / 2 });
+  }
+
+  /** @param {{clientX: number, clientY: number}} place */
+  async #click({ clientX, clientY }) {
+    const detail = await this.pick(clientX, clientY);
+    this.dispatchEvent(new CustomEvent("pick", { detail }));
+  }
+
+  /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
-    const before = this.camera, after = valid({ ...before, ...camera });
+    const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
     if (source === "user-interaction") {
       this.#touchedAt = performance.now();
       this.#wasTouched = true;
       this.#prompt.classList.add("unseen");
+      clearTimeout(this.#whereTimer);
+      this.#whereTimer = setTimeout(async () => {
+        const { inWords } = await import("../component/saying.js");
+        this.#where.textContent = inWords(this.camera);
+      }, REST_MS);
     }
     if (FIELDS.every((name) => after[name] === before[name])) return;
     this.#camera = after;
-    this.#viewing?.change({ camera: after });
+    this.#viewing?.change({ camera: after }, source === "user-interaction");
+    this.#cube?.show(after);
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 
-  /** Turns by itself while `auto-rotate` applies. */
+  get #idleMs() {
+    const delay = Number(this.getAttribute("auto-rotate-delay") ?? NaN);
+    return delay >= 0 ? delay : IDLE_MS;
+  }
+
+  /** Turns by itself while `auto-rotate` applies, and it is seen. */
   #turn() {
     cancelAnimationFrame(this.#turning);
-    if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    if (!this.#sight.isSeen || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
     let last = performance.now();
+    const turn = degrees(this.getAttribute("rotation-per-second") ?? "") ?? TURN;
     const step = (/** @type {number} */ now) => {
       this.#turning = requestAnimationFrame(step);
       const since = now - last;
       last = now;
-      if (this.#viewing?.statistics.pictures && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
-        this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
-      }
+      if (!this.#viewing?.statistics.pictures || this.#saving || now <= this.#touchedAt + this.#idleMs) return;
+      this.#sight.look(); // which may end this
+      if (this.#sight.isSeen) this.#look({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
     };
     this.#turning = requestAnimationFrame(step);
   }
+
+  /** Works while it is seen, and turns. With `loading="eager"`, the first resting picture does not wait until it is seen. */
+  #see() {
+    const isEager = this.getAttribute("loading") === "eager" && this.#viewing?.statistics.final === false;
+    this.#viewing?.see(this.#sight.isSeen || isEager);
+    this.#turn();
+  }
 }
 
-/** @typedef {Element} BobView */
-export const BobView = define("bob-view", Element);
+reflect(BobViewElement, TEXTS, SWITCHES);
+
+/** @typedef {BobViewElement} BobView */
+export const BobView = define("bob-view", BobViewElement);

@@ -1,11 +1,15 @@
 // @ts-check
 /** Statistics of the displayed pictures. */
 
+const ALMOST = 0.999; // of a picture that is not exact yet
+
 export class Statistics {
   /** Number so far. */
   pictures = 0;
   /** Fraction of traced pixels. */
   fraction = 0;
+  /** Fraction of the resting picture's pixels that were traced since the last change; 1 only if it is exact. */
+  progress = 0;
   /** Milliseconds of the network, on `backend`. */
   completing = 0;
   /** The network's name. @type {import("../picture/planner.js").Model} */
@@ -15,6 +19,12 @@ export class Statistics {
   raysPerSecond = 0;
   /** Whether the picture is exact, with the current camera and size. */
   exact = false;
+  /** Whether no other picture follows until something changes: it is exact, and its edges are smoothed if they shall be. */
+  final = false;
+  /** Whether all its edges are smoothed. */
+  isSmoothed = false;
+  /** The size of a picture that is displayed enlarged, such as "475x400"; else null. @type {string | null} */
+  enlarged = null;
   /** Mean error of the first completed picture, once the picture is exact; else NaN. */
   error = NaN;
   /** Predicted mean error of the picture, if displayed; else NaN. */
@@ -32,13 +42,22 @@ export class Statistics {
    *
    * @param {import("../workers/completing.js").Picture} picture
    * @param {import("../workers/schedule.js").Schedule} schedule the schedule it was reported to
-   * @param {boolean} exact whether it is exact, with the current camera and size
+   * @param {{exact: boolean, final: boolean}} state whether it is exact, with the current camera and size, and whether
+   *   it is the last one
    */
-  count({ batch, traced, completing, model, backend, error }, { raysPerSecond }, exact) {
+  count({ batch, traced, isSmoothed, completing, model, backend, error }, { raysPerSecond, size }, { exact, final }) {
     ++this.pictures;
     this.fraction = traced / (batch.height * batch.width);
     this.#times = [...this.#lastSecond(), performance.now()];
-    Object.assign(this, { completing, model, backend, error, exact, raysPerSecond });
+    this.progress = exact ? 1 : Math.max(this.progress, Math.min(traced / (size.width * size.height), ALMOST));
+    this.enlarged = batch.width < size.width || batch.height < size.height ? `${batch.width}x${batch.height}` : null;
+    Object.assign(this, { completing, model, backend, error, exact, final, isSmoothed, raysPerSecond });
+  }
+
+  /** Forgets the picture: something has changed. */
+  change() {
+    this.exact = this.final = false;
+    this.progress = 0;
   }
 
   get framesPerSecond() {

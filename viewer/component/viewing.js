@@ -1,193 +1,259 @@
 // @ts-check
 /**
- * From a scene to pictures: the workers that read, trace and complete it, and their schedule. Independent of elements.
+ * From a scene to pictures: its turns at the page's workers, and the schedule of its pictures. Independent of elements.
+ *
+ * Without a turn, a viewing has nothing but its last picture and the way to open its scene again.
  *
  * @typedef {import("../workers/reader.js").Summary} Summary
  * @typedef {import("../workers/completing.js").Picture} Picture
  * @typedef {import("../workers/completing.js").Buffers} Buffers
- * @typedef {import("../workers/completing.js").Model} Model
+ * @typedef {import("../workers/completing.js").Showing} Showing
+ * @typedef {import("../workers/crew.js").CoreName} CoreName
+ * @typedef {import("../workers/pool.js").Pool} Pool
  *
  * @typedef {object} Told Callbacks
  * @property {(picture: Picture, repainted: boolean) => void} picture displays it; repainted: it is the last one in
  *   another mode
  * @property {(message: string) => void} failed no more pictures will come, for the reason given
  */
-import { canLendThreads, compileCore } from "../core/compile.js";
-import { fetchPart, isThere, startWorker } from "../core/parts.js";
+import { isThere } from "../core/parts.js";
 import { HOME } from "../picture/camera.js";
-import { Pool } from "../workers/pool.js";
+import { crew } from "../workers/crew.js";
 import { Schedule } from "../workers/schedule.js";
 import { Statistics } from "./statistics.js";
-
-/** Number of workers that complete bands of a picture: one, if all cores are busy tracing the next one meanwhile. */
-const completingWorkers = () => (navigator.hardwareConcurrency >= 4 ? 2 : 1);
-
-const SPARE_MS = 500; // after a scene arrived, before workers for the next one are started
-
-/**
- * Initial modules of pages: the core's, and networks; the first also replaces networks not loaded yet. Pages of meshes
- * are small: their rays are so fast that pictures are dense, and completed by the filling, without trained weights.
- *
- * @typedef {"core" | "core.mesh"} CoreName
- * @type {Record<CoreName, [Model, ...Model[]]>}
- */
-const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
-
-const ASKED = 2; // requests before a network is fetched: the first picture of a scene asks for one before the speed of its rays is known
 
 const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
 
 /** The smallest module for a file; a single file for meshes has no other. @param {string} name @returns {CoreName} */
-export const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
+const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
 
-/** For all workers of a page: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
-const compiled = new Map();
+/**
+ * A scene that was opened, or will be.
+ *
+ * @typedef {object} Scene
+ * @property {() => void} [prepare] begins to read it
+ * @property {(pool: Pool) => Promise<Summary>} open may be called again
+ * @property {(opened: Summary | null) => void} resolve
+ * @property {(error: Error) => void} reject
+ */
 
-/** @param {CoreName} core */
-function compiledCore(core) {
-  const module = compiled.get(core) ?? compileCore(canLendThreads() ? /** @type {`${CoreName}.threads`} */ (`${core}.threads`) : core);
-  compiled.set(core, module);
-  return module;
-}
-
-/** @param {string} name of a network @returns {Promise<ArrayBuffer>} its weights */
-const weightsOf = async (name) => (await fetchPart(`weights/${name}.safetensors`)).arrayBuffer();
+let count = 0; // of viewings so far
 
 export class Viewing {
-  /** Whether workers for another scene are started ahead: that takes longer than opening most scenes. */
-  expectsMore = false;
+  id = ++count;
   statistics;
   schedule;
-  /**
-   * The workers with the current scene, with the next scene, and for the one after that.
-   *
-   * @type {{shown?: Pool, coming?: Pool, spare?: Pool}}
-   */
-  #pools = {};
-  #module;
-  /** The first gathers and displays the bands; the others help. @type {[Worker, ...Worker[]]} */
-  #completing = [startWorker("completing")];
+  /** The module that supports its scenes. @type {CoreName} */
+  core = "core.mesh";
+  /** When the user moved it, until its picture is exact: it comes first. */
+  movedAt = -Infinity;
+  isSeen = false;
+  hasPicture = false; // of its scene
+  /** The displayed scene. @type {Scene | undefined} */
+  #scene;
+  /** The scene that replaces it. @type {Scene | undefined} */
+  #coming;
+  /** One of these, while workers open it. @type {Scene | undefined} */
+  #opening;
+  #isBroken = false; // until something changes
+  #isShowing = false; // whether the schedule has workers
+  /** @type {Showing} */
+  #showing = { mode: "completed", divider: 0.5, isTransparent: false };
   /** Callbacks for the answers of the completing worker. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
-  /** Number of requests for each network. @type {Partial<Record<Model, number>>} */
-  #asked = {};
-  /** Names of the available networks. @type {Set<Model>} */
-  #models;
-  #workers;
+  /** What to probe once tracers have the scene; without any, nothing. @type {((pool?: Pool) => void)[]} */
+  #probes = [];
   #told;
+  /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
+  #first;
 
   /**
-   * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be
-   *   smaller; core: the module that supports all scenes of the page
+   * @param {{workers: number, scales: boolean}} settings workers: number of tracing threads; scales: whether moving
+   *   pictures may be smaller
    * @param {Told} told
    */
-  constructor({ workers, scales, core = "core" }, told) {
-    this.core = core;
-    this.#module = compiledCore(core);
-    this.#workers = workers;
+  constructor({ workers, scales }, told) {
+    this.workers = workers;
     this.#told = told;
     this.statistics = new Statistics(workers);
     this.schedule = new Schedule(HOME, scales);
-    this.#models = new Set(NETWORKS[core]);
-    this.#startCompleting(this.#completing[0]);
-    this.#pools.spare = this.#createPool();
   }
 
-  /** @param {Worker} worker */
-  #startCompleting(worker) {
-    /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
-    worker.onmessage = ({ data }) => {
-      if (data.kind === "picture") this.#show(data.picture, data.repainted);
-      else if (data.kind === "buffers") this.#waiting.shift()?.(data.buffers);
-      else if (data.kind === "failed") this.#told.failed(data.message);
-    };
-    worker.onerror = ({ message }) => this.#told.failed(message);
-    this.#bringNetworks(worker).catch((error) => this.#told.failed(error.message));
+  // ---- Turns ---------------------------------------------------------------------------------------------
+
+  /** Whether the workers have something to do for it. */
+  get hasWork() {
+    const isDone = this.schedule.isDone && this.#probes.length === 0;
+    return this.isSeen && !this.#isBroken && (this.#coming !== undefined || (this.#scene !== undefined && !isDone));
   }
 
-  /** @param {Worker} worker that starts completing */
-  async #bringNetworks(worker) {
-    const [first, ...others] = this.#models;
-    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
-    worker.postMessage({ kind: "start", module, name: first, weights, uncertainty }, [weights, uncertainty]);
-    await Promise.all(others.map((name) => this.#bring(worker, name))); // once the first picture does not wait for them
+  /** Whether the user moved it, and the picture is not exact yet. */
+  get isMoved() {
+    return this.movedAt > -Infinity;
   }
 
-  /** @param {Worker} worker @param {Model} name of a network to make available */
-  async #bring(worker, name) {
-    const weights = await weightsOf(name);
-    worker.postMessage({ kind: "network", name, weights }, [weights]);
+  /** Says whether anyone sees it; otherwise nothing is done. @param {boolean} isSeen */
+  see(isSeen) {
+    if (isSeen === this.isSeen) return;
+    this.isSeen = isSeen;
+    if (!isSeen) this.stop();
+    this.#ask();
   }
 
-  /** Adds helpers that complete bands, after the first picture, which they would only delay. */
-  #growCompleting() {
-    const leader = this.#completing[0];
-    while (this.#completing.length < completingWorkers()) {
-      const worker = startWorker("completing"), { port1, port2 } = new MessageChannel();
-      this.#completing.push(worker);
-      this.#startCompleting(worker);
-      worker.postMessage({ kind: "help", leader: port1 }, [port1]);
-      leader.postMessage({ kind: "helped", helper: port2 }, [port2]);
+  #ask() {
+    if (this.hasWork) return crew.ask(this);
+    this.#answer();
+    crew.rest(this);
+  }
+
+  /** Reads its scene ahead: it is the next. */
+  prepare() {
+    if (!this.#isShowing) (this.#coming ?? this.#scene)?.prepare?.();
+  }
+
+  /** Its turn begins, or goes on with something new. */
+  begin() {
+    const pool = crew.poolOf(this), scene = this.#coming ?? (pool ? undefined : this.#scene);
+    if (scene && scene !== this.#opening) this.#open(scene);
+    else if (pool && !this.#isShowing && !this.#opening) this.#begin(pool);
+  }
+
+  /** Its turn ends, or it is not seen. */
+  stop() {
+    this.#isShowing = false;
+    this.#opening = undefined;
+    this.schedule.stop();
+    for (const resolve of this.#waiting.splice(0)) resolve(null);
+  }
+
+  /** @param {Scene} scene */
+  async #open(scene) {
+    this.#opening = scene;
+    try {
+      const opened = await crew.open(this, scene.open);
+      if (scene !== this.#opening || !opened) return;
+      this.#scene = scene;
+      this.#opening = this.#coming = undefined;
+      this.#begin(opened.pool);
+      scene.resolve(opened.result);
+    } catch (error) {
+      if (scene !== this.#opening || !(error instanceof Error)) return;
+      this.#opening = undefined;
+      if (scene === this.#coming) this.#coming = undefined;
+      else this.fail(error.message);
+      scene.reject(error);
+      this.#ask();
     }
   }
 
-  /** Fetches a network that was not loaded initially, once it is clearly needed. @param {Model} name */
-  #ask(name) {
-    const asked = this.#asked[name] = 1 + (this.#asked[name] ?? 0);
-    if (asked !== ASKED || this.#models.has(name)) return;
-    this.#models.add(name);
-    for (const worker of this.#completing) this.#bring(worker, name).catch((error) => this.#told.failed(error.message));
+  /** @param {Pool} pool with the new scene */
+  #begin(pool) {
+    this.#isShowing = true;
+    this.statistics.change();
+    this.#first ??= Promise.withResolvers();
+    crew.paint(this.#showing);
+    pool.turnTo(this.id);
+    this.schedule.show(pool);
+    this.#answer(pool);
   }
 
-  #createPool() {
-    const { schedule } = this, isShown = () => made === this.#pools.shown;
-    const made = new Pool(this.#workers, this.#module, this.#completing[0], (traced) => isShown() && schedule.traced(traced),
-                          (message) => isShown() && this.#told.failed(message));
-    return made;
+  // ---- Called by the workers ------------------------------------------------------------------------------
+
+  /** Whether a picture is of the current scene. @param {Picture} picture */
+  owns({ batch }) {
+    return this.#isShowing && this.schedule.owns(batch);
   }
 
   /** @param {Picture} picture @param {boolean} repainted */
-  #show(picture, repainted) {
+  show(picture, repainted) {
     const { statistics, schedule } = this;
     statistics.expected = picture.expected;
+    this.hasPicture = true;
     if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
     this.#told.picture(picture, repainted);
-    if (repainted) return;
-    this.#pools.shown?.grow();
-    this.#growCompleting();
-    this.#ask(picture.wanted);
+    if (!repainted && schedule.isCurrent(picture)) this.#isPictured();
+    this.#rest();
+  }
+
+  /** @param {import("../workers/pool.js").Traced} traced */
+  traced(traced) {
+    if (!this.#isShowing || !this.schedule.owns(traced.batch)) return;
+    this.schedule.traced(traced);
+    this.#rest(); // its picture may have come before
+  }
+
+  #rest() {
+    if (this.schedule.isDone) this.movedAt = -Infinity;
+    if (!this.hasWork) crew.rest(this);
+  }
+
+  /** @param {Buffers | null} buffers */
+  give(buffers) {
+    this.#waiting.shift()?.(buffers);
+  }
+
+  /** @param {string} message */
+  fail(message) {
+    this.#isBroken = true;
+    this.stop();
+    this.#answer();
+    this.#isPictured();
+    this.#told.failed(message);
+  }
+
+  // ---- Scenes --------------------------------------------------------------------------------------------
+
+  /** Starts workers for further scenes ahead. */
+  expectMore() {
+    this.core = coreFor("");
+    crew.expect(this);
   }
 
   /** Whether a scene is being opened. */
   get isOpening() {
-    return this.#pools.coming !== undefined;
+    return this.#coming !== undefined;
   }
 
   /** Whether there is a scene, with workers that can replace it. */
   get canEdit() {
-    return this.#pools.shown?.ended === false;
+    return crew.poolOf(this) !== undefined;
   }
 
   /**
-   * Opens a file.
+   * Opens a file, once it is seen.
    *
    * @param {string} name with its suffix
    * @param {Blob | string} source the file or its address
-   * @param {{yUp?: boolean, beside?: File[]}} [options] yUp: whether y is up in the file; beside: files opened together
-   *   with it
+   * @param {{turn?: import("../shapes/affine.js").Matrix | null, beside?: File[]}} [options] turn: the rotation of the
+   *   file's scene; beside: files opened together with it
    * @returns {Promise<Summary | null>} once it is displayed; null if another scene was opened meanwhile
    * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
-  read(name, source, { yUp = false, beside = [] } = {}) {
+  read(name, source, { turn = null, beside = [] } = {}) {
+    const reader = MESHES.test(name) ? "core.mesh" : coreFor(name); // only core.mesh reads these
     // Resolve relative addresses against the page: the reading worker has another base.
-    const whole = typeof source === "string" ? new URL(source, document.baseURI).href : source;
-    const module = compiledCore(MESHES.test(name) ? "core.mesh" : this.core); // only core.mesh reads these
-    return this.#replace((pool) => pool.read(name, whole, yUp, beside, module));
+    let bytes = typeof source === "string" ? new URL(source, document.baseURI).href : source;
+    /** @type {import("../workers/reading.js").ReadFile | undefined} */
+    let file;
+    const prepared = () => {
+      if (file) return file;
+      const mine = file = crew.read({ name, source: bytes, beside, turn }, reader);
+      mine.summary.catch(() => file === mine && (file = undefined));
+      return mine;
+    };
+    const open = async (/** @type {Pool} */ pool) => {
+      const mine = prepared();
+      file = undefined;
+      const summary = await pool.read(this.id, mine);
+      bytes = summary.bytes; // the address may be gone when the scene is opened again
+      return summary;
+    };
+    return this.#replace(coreFor(name), open, prepared);
   }
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */
   run(text) {
-    return this.#replace(async (pool) => ({ script: text, warnings: await pool.open(described(text)) }));
+    return this.#replace(coreFor(""), running(this.id, text));
   }
 
   /**
@@ -197,71 +263,111 @@ export class Viewing {
    * @returns {Promise<Summary | null>} null if another scene was opened meanwhile
    */
   async edit(text) {
-    const pool = this.#pools.shown;
+    const pool = crew.poolOf(this), open = running(this.id, text);
     if (!pool) throw new Error("edit: expected a scene that is shown, got none");
-    const warnings = await pool.open(described(text));
-    if (pool !== this.#pools.shown) return null;
+    const opened = await open(pool);
+    if (pool !== crew.poolOf(this)) return null;
+    this.#scene = { open, resolve: () => {}, reject: () => {} };
     this.#begin(pool);
-    return { script: text, warnings };
+    return opened;
   }
 
-  /** @param {(pool: Pool) => Promise<Summary>} open @returns {Promise<Summary | null>} */
-  async #replace(open) {
-    const pools = this.#pools;
-    pools.coming?.end();
-    const mine = pools.coming = pools.spare ?? this.#createPool();
-    pools.spare = undefined;
-    try {
-      const summary = await open(mine);
-      if (mine !== pools.coming) return null;
-      pools.shown?.end();
-      pools.shown = mine, pools.coming = undefined;
-      this.#begin(mine);
-      return summary;
-    } catch (error) {
-      if (mine !== pools.coming) return null;
-      pools.coming = undefined;
-      mine.end();
-      throw error;
-    } finally {
-      setTimeout(() => this.expectsMore && (pools.spare ??= this.#createPool()).lend(), SPARE_MS);
-    }
-  }
-
-  /** @param {Pool} pool with the new scene */
-  #begin(pool) {
-    this.statistics.exact = false;
-    this.schedule.show(pool);
-  }
-
-  /** @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size */
-  change(what) {
-    this.statistics.exact = false;
-    this.schedule.change(what);
-  }
-
-  /** @param {import("../workers/completing.js").Showing} showing the way to paint pictures */
-  paint(showing) {
-    this.#completing[0].postMessage({ kind: "show", ...showing });
-  }
-
-  /** @returns {Promise<Buffers | null>} of the last picture */
-  buffers() {
-    return new Promise((resolve) => {
-      this.#waiting.push(resolve);
-      this.#completing[0].postMessage({ kind: "buffers" });
+  /**
+   * @param {CoreName} core that supports it @param {Scene["open"]} open @param {Scene["prepare"]} [prepare]
+   * @returns {Promise<Summary | null>}
+   */
+  #replace(core, open, prepare) {
+    this.#coming?.resolve(null);
+    this.hasPicture = false;
+    if (core === "core") this.core = core;
+    this.#isBroken = false;
+    return new Promise((resolve, reject) => {
+      this.#coming = { open, prepare, resolve, reject };
+      this.#ask();
     });
   }
 
-  /** Ends all workers. */
+  // ---- Pictures ------------------------------------------------------------------------------------------
+
+  /**
+   * @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size
+   * @param {boolean} [isMoved] whether the user did it
+   */
+  change(what, isMoved = false) {
+    this.statistics.change();
+    this.#isBroken = false;
+    if (isMoved) this.movedAt = performance.now();
+    this.schedule.change(what);
+    this.#ask();
+  }
+
+  /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
+  async pictured() {
+    await this.#first?.promise;
+  }
+
+  #isPictured() {
+    this.#first?.resolve();
+    this.#first = undefined;
+  }
+
+  /** Refines resting pictures until they are exact, or leaves them. @param {boolean} isWanted */
+  refine(isWanted) {
+    this.schedule.refines = isWanted;
+    this.schedule.next();
+    this.#ask();
+  }
+
+  /**
+   * Traces places of the scene, as Scene.probe.
+   *
+   * @param {ArrayLike<number>} places @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
+   * @returns {Promise<import("../tracing/scene.js").Probe | null>} null if there is no scene, or nobody sees it
+   */
+  probe(places, size, camera) {
+    const pool = crew.poolOf(this);
+    if (pool) return pool.probe(this.id, places, size, camera);
+    return new Promise((resolve) => {
+      this.#probes.push((opened) => resolve(opened ? opened.probe(this.id, places, size, camera) : null));
+      this.#ask();
+    });
+  }
+
+  /** @param {Pool} [pool] with the scene */
+  #answer(pool) {
+    for (const probe of this.#probes.splice(0)) probe(pool);
+  }
+
+  /** @param {Showing} showing the way to paint pictures */
+  paint(showing) {
+    const { isTransparent, exposure = 1 } = this.#showing;
+    const isOther = showing.isTransparent !== isTransparent || (showing.exposure ?? 1) !== exposure; // resting pictures are painted once
+    this.#showing = showing;
+    if (this.#isShowing) crew.paint(showing);
+    if (this.#scene && (isOther || !this.#isShowing)) this.change({});
+  }
+
+  /** @returns {Promise<Buffers | null>} of the last picture; null if the workers have none, or work for another */
+  buffers() {
+    return new Promise((resolve) => {
+      if (!this.#isShowing) return resolve(null);
+      this.#waiting.push(resolve);
+      crew.post({ kind: "buffers" });
+    });
+  }
+
+  /** Scenes being opened are given up. */
   end() {
-    this.expectsMore = false;
-    const pools = Object.values(this.#pools);
-    Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that a scene being opened is included
-    for (const pool of pools) pool?.end();
-    for (const worker of this.#completing) worker.terminate();
+    this.isSeen = false;
+    this.#coming?.resolve(null);
+    this.#coming = this.#scene = undefined;
+    this.stop();
+    this.#answer();
+    this.#isPictured();
+    crew.leave(this);
   }
 }
 
-/** @param {string} text of a script @returns {import("../tracing/description.js").SceneDescription} */
-const described = (text) => ({ shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] });
+/** @param {number} id of the viewing @param {string} text of a script @returns {Scene["open"]} */
+const running = (id, text) => async (pool) => (
+  { script: text, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });

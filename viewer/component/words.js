@@ -11,25 +11,32 @@ import { HOME, PERSPECTIVE } from "../picture/camera.js";
 const FRONT = 90;
 
 /** Parses "30deg", "0.5rad" or "30" to degrees. @param {string} text @returns {number | null} */
-function degrees(text) {
+export function degrees(text) {
   const match = /^([-+]?(?:\d+\.?\d*|\.\d+))(deg|rad|)$/.exec(text);
   return match && Number(match[1]) * (match[2] === "rad" ? 180 / Math.PI : 1);
 }
 
 /**
- * @param {string | null} text each of the three may be "auto"
- * @returns {Partial<Camera> | null} null if invalid
+ * Parses an orbit; "auto" is undefined.
+ *
+ * @param {string | null} text
+ * @returns {{azimuth?: number, elevation?: number, zoom?: number} | null} null if invalid
  */
-export function fromCameraOrbit(text) {
+export function orbitOf(text) {
   const words = text?.trim().split(/\s+/) ?? [];
   if (words.length !== 3) return null;
   const [theta, phi] = words.map((word) => (word === "auto" ? undefined : degrees(word)));
-  const share = words[2] === "auto" ? 100 : Number(/^(\d+\.?\d*|\.\d+)%$/.exec(words[2])?.[1] ?? NaN);
-  if (theta === null || phi === null || !(share > 0)) return null;
+  const share = words[2] === "auto" ? undefined : Number(/^(\d+\.?\d*|\.\d+)%$/.exec(words[2])?.[1] ?? NaN);
+  if (theta === null || phi === null || !(share === undefined || share > 0)) return null;
   return {
-    azimuth: theta === undefined ? HOME.azimuth : theta - FRONT, elevation: phi === undefined ? HOME.elevation : 90 - phi,
-    zoom: 100 / share,
+    azimuth: theta === undefined ? theta : theta - FRONT, elevation: phi === undefined ? phi : 90 - phi, zoom: share && 100 / share,
   };
+}
+
+/** @param {string | null} text each of the three may be "auto" @returns {Partial<Camera> | null} null if invalid */
+export function fromCameraOrbit(text) {
+  const orbit = orbitOf(text);
+  return orbit && { azimuth: orbit.azimuth ?? HOME.azimuth, elevation: orbit.elevation ?? HOME.elevation, zoom: orbit.zoom ?? 1 };
 }
 
 /** @param {Camera} camera @returns {string} */

@@ -3,11 +3,10 @@
  * The page: its elements, and their connection to its state. Nothing here blocks; workers do all long work.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's
- * size in pixels, and `?workers=1` the number of tracing threads. The body may set the field of view and background of
+ * size in pixels, `?samples=1` leaves edges unsmoothed, and `?workers=1` is the number of tracing threads. The body may set the field of view and background of
  * all pictures by `data-field-of-view` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
-import { home } from "../component/orbit.js";
 import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE, valid } from "../picture/camera.js";
@@ -45,11 +44,13 @@ const picture = new BobView();
 picture.id = "picture";
 const { fieldOfView, background } = document.body.dataset;
 for (const [name, value] of Object.entries({
-  "picture-size": query.get("size"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
+  "picture-size": query.get("size"), samples: query.get("samples"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
 })) if (value) picture.setAttribute(name, value);
 if (background) stage.style.background = "none";
 picture.toggleAttribute("camera-controls", true);
+picture.toggleAttribute("view-cube", true);
 picture.setAttribute("interaction-prompt", "none");
+picture.setAttribute("touch-action", "none"); // the page scrolls by its controls
 stage.prepend(picture);
 const { viewing } = picture, { schedule, statistics } = viewing;
 
@@ -96,10 +97,7 @@ budget.addEventListener("input", () => {
   element("budget-shown", HTMLOutputElement).value = `${budget.value} ms`;
 });
 
-refines.addEventListener("change", () => {
-  schedule.refines = refines.checked;
-  schedule.next();
-});
+refines.addEventListener("change", () => viewing.refine(refines.checked));
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
@@ -107,6 +105,7 @@ const opening = new Opening(state, viewing, {
   busy: (busy) => (busy ? stage.setAttribute("aria-busy", "true") : stage.removeAttribute("aria-busy")),
   opened: () => {
     const { title, script = "", edited } = state.scene;
+    picture.begun();
     picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
     kept.display(edited ?? null);
@@ -220,14 +219,32 @@ addEventListener("drop", (event) => {
 
 // ---- Saving and links -------------------------------------------------------------------------------------
 
-element("home", HTMLButtonElement).addEventListener("click", () => look(home(picture.camera)));
+element("home", HTMLButtonElement).addEventListener("click", () => picture.goTo("home"));
+element("fit", HTMLButtonElement).addEventListener("click", () => picture.fit());
 
-element("save", HTMLButtonElement).addEventListener("click", async () => {
-  const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(await picture.toBlob());
-  anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
-  anchor.click();
-  URL.revokeObjectURL(anchor.href);
+const save = element("save", HTMLButtonElement), saveLabel = save.textContent;
+
+/** The share of the picture that is traced, on the button. @param {Event} event */
+const showProgress = (event) =>
+  (save.textContent = `Tracing… ${Math.floor(100 * /** @type {CustomEvent} */ (event).detail.totalProgress)} %`);
+
+save.addEventListener("click", async () => {
+  save.disabled = true;
+  picture.addEventListener("progress", showProgress);
+  try {
+    const anchor = document.createElement("a"), blob = await picture.toBlob();
+    anchor.href = URL.createObjectURL(blob);
+    anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
+    anchor.click();
+    URL.revokeObjectURL(anchor.href);
+    status.textContent = "The picture is saved";
+  } catch (error) {
+    message.textContent = error instanceof Error ? error.message : String(error);
+  } finally {
+    picture.removeEventListener("progress", showProgress);
+    save.textContent = saveLabel;
+    save.disabled = false;
+  }
 });
 
 /** A link to this page with its scene and camera. */
@@ -307,6 +324,6 @@ addEventListener("hashchange", () => {
 /** For tests and measurements. */
 export const page = {
   statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
-  camera: () => picture.camera, valid,
+  camera: () => picture.camera, schedule, valid,
 };
 Object.assign(window, { bobrossnet: page });

@@ -15,6 +15,7 @@
  * @property {(text: string | null) => void} wrong the error in the script, or null
  */
 import { fileName } from "../core/addresses.js";
+import { UPRIGHT } from "../shapes/affine.js";
 
 export class Opening {
   #state;
@@ -26,7 +27,7 @@ export class Opening {
     this.#state = state;
     this.#viewing = viewing;
     this.#shown = shown;
-    viewing.expectsMore = true;
+    viewing.expectMore();
   }
 
   /** @param {string} name of a file of the gallery @throws {Error} of one sentence if there is none */
@@ -49,7 +50,7 @@ export class Opening {
    */
   file(opened, name, source, yUp, beside = []) {
     const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined;
-    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { yUp, beside }), this.#shown.message);
+    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { turn: yUp ? UPRIGHT : null, beside }), this.#shown.message);
   }
 
   /** @param {string} text @param {string} [edited] the title under which it is kept (kept.js), if edited */
@@ -57,7 +58,12 @@ export class Opening {
     return this.#replace({ title: edited ?? "Script", edited }, () => this.#viewing.run(text), this.#shown.wrong);
   }
 
-  /** Displays a changed script, in the workers of the previous one if there is one. @param {string} text */
+  /**
+   * Displays a changed script, in the workers of the previous one if there is one. Each text that is opened gets a
+   * picture before the next one, which is then the newest: otherwise fast changes would show nothing.
+   *
+   * @param {string} text
+   */
   async edit(text) {
     const state = this.#state, { edits } = state, viewing = this.#viewing;
     edits.newest = text;
@@ -69,6 +75,7 @@ export class Opening {
       edits.newest = null;
       if (!viewing.canEdit || state.scene.script === undefined) {
         await this.script(now, edits.title ?? undefined);
+        await viewing.pictured();
         continue;
       }
       try {
@@ -78,6 +85,7 @@ export class Opening {
         this.#shown.wrong(null);
         this.#shown.message(summary.warnings.join(" ") || null);
         this.#shown.chosen();
+        await viewing.pictured();
       } catch (error) {
         this.#shown.wrong(messageOf(error));
       }

@@ -26,10 +26,10 @@ export function display(statistics, state, { note, ...elements }) {
 }
 
 /** @param {Statistics} statistics */
-function textsOf({ fraction, raysPerSecond, completing, backend, exact, framesPerSecond }) {
-  const percent = 100 * fraction;
+function textsOf({ fraction, raysPerSecond, completing, backend, exact, isSmoothed, enlarged, framesPerSecond }) {
+  const percent = 100 * fraction, share = `${percent.toFixed(percent < 10 ? 1 : 0)} %`;
   return {
-    fraction: exact ? "100 %, exact" : `${percent.toFixed(percent < 10 ? 1 : 0)} %`,
+    fraction: exact ? `100 %, ${isSmoothed ? "smoothed" : "exact"}` : enlarged ? `${share} of ${enlarged}, enlarged` : share,
     rays: raysPerSecond >= 1e6 ? `${(raysPerSecond / 1e6).toFixed(2)} M` : `${Math.round(raysPerSecond / 1000)} k`,
     network: `${completing.toFixed(0)} ms${backend === "gpu" ? ", GPU" : ""}`,
     rate: framesPerSecond > 1 ? String(framesPerSecond) : "at rest",
@@ -44,5 +44,6 @@ function noteOf(mode, { exact, error, expected }) {
   if (mode === "uncertain") return `How wrong the picture is expected to be, ${onAverage(expected)}`;
   if (mode !== "difference") return "";
   if (!exact) return "The difference is shown once the picture is exact.";
+  if (Number.isNaN(error)) return "The picture is too large for its difference.";
   return `First completed picture against the exact one, ${onAverage(error)}`;
 }

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The camera: its parameters and projection, which no other place of the page computes. It is orthographic or, with a
+ * The camera: its parameters, which no other place of the page checks. It is orthographic or, with a
  * fov, perspective.
  *
  * @typedef {{azimuth: number, elevation: number, roll: number, zoom: number, panX: number, panY: number, fov: number}} Camera
@@ -29,33 +29,4 @@ export function valid({ azimuth, elevation, roll, zoom, panX, panY, fov }) {
     zoom: clamp(zoom, 0.2, 1000), panX: clamp(panX, -2, 2), panY: clamp(panY, -2, 2),
     fov: fov > 0 ? clamp(fov, 0.1, 175) : 0,
   };
-}
-
-/** Side of a pixel, in radii of the scene; in perspective at the scene's centre. @param {Camera} camera @param {Size} size */
-function pixelSize({ zoom, fov }, { height, width }) {
-  const shorter = Math.min(width, height), slope = Math.tan(fov * Math.PI / 360) * shorter / height;
-  return 2 * Math.hypot(1, slope) / (zoom * shorter);
-}
-
-/**
- * The camera that moves the picture to the right and down, in pixels.
- *
- * @param {Camera} camera @param {Size} size @param {number} right @param {number} down
- */
-export function panned(camera, size, right, down) {
-  const pixel = pixelSize(camera, size);
-  return valid({ ...camera, panX: camera.panX - right * pixel, panY: camera.panY + down * pixel });
-}
-
-/**
- * The camera that magnifies the picture by a factor about a fixed place.
- *
- * @param {Camera} camera @param {Size} size
- * @param {number} factor
- * @param {number} right @param {number} down pixels from the picture's centre to the place
- */
-export function zoomed(camera, size, factor, right, down) {
-  const { zoom } = valid({ ...camera, zoom: camera.zoom * factor });
-  const moved = pixelSize(camera, size) - pixelSize({ ...camera, zoom }, size);
-  return valid({ ...camera, zoom, panX: camera.panX + right * moved, panY: camera.panY - down * moved });
 }

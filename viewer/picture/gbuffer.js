@@ -87,6 +87,21 @@ export class GBuffer {
     this.traced = traced;
   }
 
+  /** Copies the traced pixels of another G-buffer of this size and layout, all of them. @param {GBuffer} other */
+  copy(other) {
+    this.#floats(0, widthOf(this.layout)).set(other.#floats(0, widthOf(this.layout)));
+    this.traced = other.traced;
+  }
+
+  /** Adds rows that were not traced before. @param {import("../workers/tracer.js").Strip} strip */
+  setRows({ begin, end, planes }) {
+    const size = (end - begin) * this.width;
+    for (let c = 0; c < widthOf(this.layout); ++c) {
+      this.#floats(c, 1).set(planes.subarray(c * size, (c + 1) * size), begin * this.width);
+    }
+    this.traced += size;
+  }
+
   /** Adds traced pixels. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), from Scene.trace */
   add(pixels, samples) {
     const count = pixels.length / 2;

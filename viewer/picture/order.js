@@ -136,6 +136,13 @@ export class PixelSequence {
     this.#known += pixels.length / 2;
   }
 
+  /** Reports that all pixels are in `planes`. */
+  finish() {
+    const { height, width } = this.#size;
+    this.done = this.#known = height * width;
+    this.#taken = this.#round.length / 2;
+  }
+
   free() {
     this.#order.end();
     this.#core.release(this.planes);

@@ -78,11 +78,6 @@ export class FramePlanner {
     return 1000 * this.#core.call("frame_tracing", this.#handle, MODES.indexOf(mode), MODELS.indexOf(model), milliseconds / 1000);
   }
 
-  /** Milliseconds of the fastest completion; 0 before the first measurement. */
-  get completing() {
-    return 1000 * this.#core.call("frame_completing", this.#handle, 0);
-  }
-
   /** Number of pixels that one thread traces in `milliseconds`. @param {Mode} mode @param {number} milliseconds */
   pixelsIn(mode, milliseconds) {
     return this.#core.call("frame_pixels", this.#handle, MODES.indexOf(mode), milliseconds / 1000);

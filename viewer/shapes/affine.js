@@ -24,6 +24,14 @@ export function product(a, b) {
   return result;
 }
 
+/** The rotation about an axis, 0 to 2. @param {number} axis @param {number} degrees @returns {number[]} */
+export function rotation(axis, degrees) {
+  const angle = degrees * Math.PI / 180, [i, j] = [(axis + 1) % 3, (axis + 2) % 3], result = [...IDENTITY];
+  result[5 * i] = result[5 * j] = Math.cos(angle);
+  result[4 * j + i] = Math.sin(angle), result[4 * i + j] = -Math.sin(angle);
+  return result;
+}
+
 /** Threshold of singular maps, as bobrossnet.shapes.affine.FLATTEST. */
 const FLATTEST = 1e-10;
 

@@ -15,7 +15,7 @@
  */
 
 import { CoreError } from "../core/errors.js";
-import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
+import { IDENTITY, product } from "../shapes/affine.js";
 
 /** Maximum number of instances of a scene, as bobrossnet.tracing.scene.MAX_INSTANCES. */
 const MAX_INSTANCES = 100_000;
@@ -62,14 +62,14 @@ export function together(scenes) {
 }
 
 /**
- * The same scene, rotated from y up to z up, as bobrossnet.Scene.turned_upright.
+ * The same scene, rotated; by UPRIGHT it is bobrossnet.Scene.turned_upright.
  *
- * @param {SceneDescription} scene
+ * @param {SceneDescription} scene @param {import("../shapes/affine.js").Matrix} turn
  * @returns {SceneDescription}
  */
-export function turnedUpright(scene) {
+export function turned(scene, turn) {
   const instances = scene.instances.map((instance) => ({
-    ...instance, transform: product(UPRIGHT, instance.transform ?? IDENTITY),
+    ...instance, transform: product(turn, instance.transform ?? IDENTITY),
   }));
   return { ...scene, instances };
 }

@@ -14,20 +14,23 @@
  *   leader its port; "show" repaints the last picture; "buffers" is answered by "buffers"
  *
  * @typedef {import("./tracer.js").Samples} Samples
+ * @typedef {import("./tracer.js").Strips} Strips
+ * @typedef {import("./tracer.js").Means} Means
  * @typedef {import("./bands.js").Help} Help
  *
- * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
- *   what to paint; divider: 0..1 of the picture's width; isTransparent: whether the background is transparent
+ * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean, exposure?: number}} Showing
+ *   what to paint; divider: 0..1 of the picture's width; isTransparent: whether the background is transparent;
+ *   exposure: factor of the light, 1 if omitted
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {import("../picture/planner.js").Model} Model the name of a network
  *
  * @typedef {{
- *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
+ *   batch: Batch, bitmap: ImageBitmap, traced: number, isSmoothed: boolean, completing: number, total: number,
  *   backend: "wasm" | "gpu", model: Model, wanted: Model, error: number, expected: number
  * }} Picture
  *   batch: its newest batch; model: the network that completed it; wanted: the network requested; traced: number of
- *   pixels; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
+ *   pixels; isSmoothed: whether all edges are smoothed; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
  *   |first - image| of an exact picture, else NaN; expected: predicted mean error of the image if displayed, else NaN
  * @typedef {{
  *   height: number, width: number, planes: Float32Array, known: Float32Array, image: Float32Array, first: Float32Array
@@ -43,10 +46,11 @@ import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
 import { COLORED, GBUFFER } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
-import { paint } from "../picture/paint.js";
+import { enlarged, enlargedGray, paint, paintMeans, paintRest, paintStrip } from "../picture/paint.js";
 import { Helpers } from "./bands.js";
 
 const WARM_UPS = 3;
+const MOST_WHOLE = 2 ** 22; // pixels of resting pictures with a G-buffer, for their difference from the first one
 
 /**
  * @typedef {{core: Core, completers: Map<Model, Completer>, standIn: Model, predictor: ErrorPredictor}} Parts
@@ -66,6 +70,18 @@ const starting = new Promise((resolve) => (start = resolve));
  */
 /** @type {View | undefined} */
 let view;
+/**
+ * The picture at rest, if it is shown: a view whose rows are all traced, one after the other.
+ *
+ * @typedef {{
+ *   batch: Batch, isColored: boolean, look: Showing, image: ImageData, rows: number, isSmoothed: boolean, gbuffer: GBuffer | null,
+ *   first: Float32Array | null, error: number, before: {height: number, width: number, image: Float32Array} | null
+ * }} Rest
+ *   look: at its beginning; image: the displayed pixels, of an enlarged or completed picture below the traced rows; gbuffer, first: of pictures
+ *   that are not too large; before: the completed picture before, from which `first` is enlarged
+ * @type {Rest | undefined}
+ */
+let rest;
 /** @type {Picture | undefined} */
 let picture;
 /** @type {Showing} */
@@ -99,7 +115,7 @@ async function completerOf(core, weights) {
 }
 
 /** Whether there is a newer batch. @param {Batch} batch */
-const isOld = (batch) => view !== undefined && batch.id < view.batch.id;
+const isOld = (batch) => Math.max(view?.batch.id ?? 0, rest?.batch.id ?? 0) > batch.id;
 
 /** The G-buffer that a view is completed from. @param {View} view */
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
@@ -153,6 +169,7 @@ async function gather(part, tracer) {
   const begun = performance.now(), isNew = view?.batch.view !== batch.view;
   const isShared = isNew ? helpers.areWorth(part) : view?.isShared === true;
   if (isShared) helpers.share(part);
+  endRest();
   const current = taken(parts, part, isShared);
   if (expected) tracer.postMessage(expected, [expected.buffer]);
 
@@ -167,17 +184,90 @@ async function gather(part, tracer) {
   current.completed = true;
   const error = traced === height * width ? meanDifference(current.first, image) : NaN;
   picture = {
-    batch, ...await painted(current), traced, completing: completed - completing, total: performance.now() - begun,
+    batch, ...await painted(current), traced, isSmoothed: false, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, model: current.model, wanted, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
+function endRest() {
+  rest?.gbuffer?.free();
+  rest = undefined;
+}
+
+/**
+ * Begins a resting picture with the last one, enlarged.
+ *
+ * @param {Parts} parts @param {Batch} batch @param {boolean} isColored
+ * @returns {Promise<Rest>}
+ */
+async function beginRest({ core }, batch, isColored) {
+  const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
+  if (!rest && view?.completed && showing.mode !== "completed") await paintView(view, "completed");
+  const last = rest?.image ?? view?.image, image = last ? enlarged(last, height, width) : new ImageData(width, height);
+  endRest();
+  const gbuffer = height * width <= MOST_WHOLE ? new GBuffer(core, height, width, layout) : null;
+  const before = gbuffer && view?.completed ? { height: view.gbuffer.height, width: view.gbuffer.width, image: view.first } : null;
+  /** @type {Rest} */
+  const begun = { batch, isColored, look: showing, image, rows: 0, isSmoothed: false, gbuffer, first: null, error: NaN, before };
+  if (batch.phase === "edges" && gbuffer && view) { // all was traced in motion
+    gbuffer.copy(view.gbuffer);
+    finishRest(begun, gbuffer);
+  }
+  return begun;
+}
+
+/** All rows are traced. @param {Rest} rest @param {GBuffer} gbuffer */
+function finishRest(rest, gbuffer) {
+  const { before } = rest;
+  gbuffer.image.set(gbuffer.plane("gray"));
+  rest.rows = gbuffer.height;
+  rest.first = before && enlargedGray(before, gbuffer.height, gbuffer.width);
+  rest.error = rest.first ? meanDifference(rest.first, gbuffer.image) : NaN;
+}
+
+/** @param {Strips | Means} part */
+async function gatherRest(part) {
+  const { batch, isColored } = part, { height, width } = batch;
+  if (isOld(batch)) return;
+  const parts = await starting, begun = performance.now();
+  if (rest?.batch.view !== batch.view) rest = await beginRest(parts, batch, isColored);
+  const current = rest, { gbuffer, image } = current;
+  current.batch = batch;
+  if (part.kind === "rows") {
+    for (const strip of part.strips) {
+      paintStrip(strip, isColored, current.look, image);
+      gbuffer?.setRows(strip);
+      current.rows = strip.end;
+    }
+    if (gbuffer && current.rows === height) finishRest(current, gbuffer);
+  } else {
+    paintMeans(part, current.look, image);
+    current.rows = height;
+    current.isSmoothed = part.isLast;
+  }
+  const { model } = view ?? { model: parts.standIn };
+  picture = {
+    batch, bitmap: await restPainted(current), expected: NaN, traced: current.rows * width, isSmoothed: current.isSmoothed, completing: 0,
+    total: performance.now() - begun, backend: "wasm", model, wanted: model, error: current.error,
+  };
+  reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
+}
+
+/** @param {Rest} rest */
+const restPainted = ({ image, rows, gbuffer, first }) => createImageBitmap(paintRest({ ...showing, rows, gray: gbuffer?.image ?? null, first }, image));
+
 /** @param {View} view */
 async function painted(view) {
+  const errors = await paintView(view, showing.mode);
+  return { bitmap: await createImageBitmap(view.image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
+}
+
+/** @param {View} view @param {import("../picture/paint.js").Mode} mode @returns {Promise<Float32Array | null>} predicted errors, if displayed */
+async function paintView(view, mode) {
   const { core, completers, predictor } = await starting, { gbuffer, model, first, image } = view, { height, width, traced } = gbuffer;
   const { network } = /** @type {Completer} */ (completers.get(model)), known = shown(view);
-  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
+  const errors = mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
   if (showing.isTransparent) {
     view.coverage ??= new GBuffer(core, height, width);
     view.coverage.takeCoverage(known);
@@ -185,11 +275,11 @@ async function painted(view) {
   }
   const completedColor = known.completeColor(); // before there are views of memory that it may move
   paint({
-    ...showing, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
+    ...showing, mode, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
     gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor,
     alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
   }, image);
-  return { bitmap: await createImageBitmap(image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
+  return errors;
 }
 
 /** @param {Float32Array} a @param {Float32Array} b */
@@ -203,8 +293,8 @@ function meanDifference(a, b) {
 async function answer(request) {
   if (request.kind === "connect") {
     const { tracer } = request;
-    /** @param {MessageEvent<import("./tracer.js").Samples>} event */
-    tracer.onmessage = ({ data }) => inTurn(() => gather(data, tracer));
+    /** @param {MessageEvent<Samples | Strips | Means>} event */
+    tracer.onmessage = ({ data }) => inTurn(() => (data.kind === "samples" ? gather(data, tracer) : gatherRest(data)));
   } else if (request.kind === "help") {
     const { leader } = request;
     /** @param {MessageEvent<Help>} event */
@@ -222,11 +312,15 @@ async function answer(request) {
     completers.set(request.name, await completerOf(core, request.weights));
   } else if (request.kind === "show") {
     showing = request;
-    if (!picture || !view?.completed) return;
-    picture = { ...picture, ...await painted(view) };
+    if (!picture || !(rest || view?.completed)) return;
+    picture = { ...picture, ...rest ? { bitmap: await restPainted(rest), expected: NaN } : await painted(/** @type {View} */ (view)) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
-    if (!view?.completed) return reply({ kind: "buffers", buffers: null });
+    if (rest?.gbuffer && rest.rows === rest.gbuffer.height) {
+      const { height, width, planes, image } = rest.gbuffer, first = rest.first ?? image;
+      return reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), known: planes.slice(), image: image.slice(), first: first.slice() } });
+    }
+    if (!view?.completed || rest && !rest.gbuffer) return reply({ kind: "buffers", buffers: null });
     const { height, width, planes } = view.gbuffer, { planes: known, image } = shown(view), { first } = view;
     reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), known: known.slice(), image: image.slice(), first } });
   }

@@ -1,16 +1,15 @@
 // @ts-check
 /**
- * The workers that trace one scene, and the one that reads it.
- *
- * Each file gets new workers, since a WebAssembly instance never releases memory; the old ones end when the new ones
- * can show the file. One worker traces the first picture alone; starting the others meanwhile would only delay it. If
- * workers may share memory, there is one tracer, and the others lend it their threads.
+ * The workers that trace: they keep the scenes of several elements, and trace for one at a time. One worker traces the
+ * first picture alone; starting the others meanwhile would only delay it. If workers may share memory, there is one
+ * tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
- * @typedef {{worker: Worker, port: MessagePort, pending: number, edition: number}} Tracer
- *   port: for the reader of the scene; pending: number of scenes sent and not answered yet; edition: of its scene, or
- *   NONE
+ * @typedef {{worker: Worker, pending: Set<number>, editions: Map<number, number>, memory: number}} Tracer
+ *   pending: editions sent by the page and not answered yet; editions: of its scenes, by element; memory: bytes of its core
+ * @typedef {{edition: number, share: () => void}} Kept an element's scene
+ *   edition: the newest of a tracer, or NONE; share: starts the missing workers and gives all of them the scene
  */
 import { canLendThreads } from "../core/compile.js";
 import { startWorker } from "../core/parts.js";
@@ -18,7 +17,7 @@ import { startWorker } from "../core/parts.js";
 const nothing = () => {};
 const AMPLE = 4; // cores; with more, some are free while a page starts
 const NONE = -1;
-const READ = 0; // edition of the reader's scene
+const LARGE = 128e6; // bytes of all its cores, which never shrink: more is not kept for another scene
 
 export class Pool {
   /** @type {Tracer[]} */
@@ -27,18 +26,22 @@ export class Pool {
   #waiting = [];
   /** @type {Batch | undefined} in progress */
   #batch;
+  /** Follows the batch in progress, which was cancelled. @type {Batch | undefined} */
+  #next;
   /** @type {Tracer | undefined} leads the batch, or led the last one */
   #leader;
   /** @type {Tracer[]} */
   #others = [];
-  #reader = startWorker("reader");
   /** Workers that lend the tracer their threads. @type {Worker[]} */
   #lenders = [];
   #lendable; // maximum number of further lenders
-  /** Starts the missing workers and gives them the scene. */
-  #share = nothing;
-  #asked = READ; // edition of the newest scene sent to tracers
-  #edition = NONE; // edition of the newest scene of a tracer
+  #probe = 0;
+  /** Callbacks for the answers of tracers. @type {Map<number, (probe: import("../tracing/scene.js").Probe | null) => void>} */
+  #probes = new Map();
+  #element = 0; // at work
+  /** By element. @type {Map<number, Kept>} */
+  #scenes = new Map();
+  #asked = 0; // edition of the newest scene sent to tracers
   #count;
   #module;
   #completing;
@@ -46,18 +49,19 @@ export class Pool {
   #lost;
 
   /**
-   * @param {number} count of tracing threads
+   * @param {number} size number of tracing threads
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing receives the samples
    * @param {(traced: Traced) => void} done called after each batch
    * @param {(message: string) => void} lost called after the last worker failed
    */
-  constructor(count, module, completing, done, lost) {
+  constructor(size, module, completing, done, lost) {
+    this.size = size;
     this.#module = module;
     this.#done = done;
     this.#lost = lost;
-    this.#count = canLendThreads() ? 1 : count;
-    this.#lendable = count - this.#count;
+    this.#count = canLendThreads() ? 1 : size;
+    this.#lendable = size - this.#count;
     this.#completing = completing;
     this.#add();
     if (navigator.hardwareConcurrency >= AMPLE) this.lend();
@@ -65,11 +69,10 @@ export class Pool {
 
   /** Starts a worker. @returns {Tracer} */
   #add() {
-    const worker = startWorker("tracer");
-    const samples = new MessageChannel(), scenes = new MessageChannel();
-    this.#completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
-    worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
-    const tracer = { worker, port: scenes.port2, pending: 0, edition: NONE };
+    const worker = startWorker("tracer"), tracer = { worker, pending: new Set(), editions: new Map(), memory: 0 };
+    const { port1, port2 } = new MessageChannel();
+    this.#completing.postMessage({ kind: "connect", tracer: port2 }, [port2]);
+    worker.postMessage({ kind: "connect", completing: port1 }, [port1]);
     this.#module.then((module) => worker.postMessage({ kind: "start", module }),
                       (error) => this.#failed(tracer, error.message, true));
     worker.onmessage = ({ data }) => this.#receive(tracer, data);
@@ -93,17 +96,20 @@ export class Pool {
     tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
   }
 
-  /** Starts all missing workers, for the current scene. @returns {Tracer[]} */
-  #addOthers() {
-    return Array.from({ length: this.#count - this.#tracers.length }, () => this.#add());
+  /** All tracers but the first, after starting the missing ones. @returns {Tracer[]} */
+  #allOthers() {
+    while (this.#tracers.length < this.#count) this.#add();
+    return this.#tracers.slice(1);
   }
 
-  /** Tracers with the newest scene. */
+  /** Tracers with the element's newest scene. */
   get ready() {
-    return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending === 0);
+    const element = this.#element, edition = this.#scenes.get(element)?.edition ?? NONE;
+    if (edition === NONE) return [];
+    return this.#tracers.filter(({ editions, pending }) => editions.get(element) === edition && pending.size === 0);
   }
 
-  /** Number of threads for the newest scene. */
+  /** Number of threads for the element's newest scene. */
   get threads() {
     return this.ready.length + (this.ready.length > 0 ? this.#lenders.length : 0);
   }
@@ -113,81 +119,111 @@ export class Pool {
     return this.#tracers.length === 0;
   }
 
+  /** Bytes of all its cores. */
+  get memory() {
+    return this.#tracers.reduce((sum, tracer) => sum + tracer.memory, 0);
+  }
+
+  /** Whether its memory is small enough, and all its workers are there, for another scene. */
+  get isReusable() {
+    return !this.ended && this.memory <= LARGE && this.#count === (canLendThreads() ? 1 : this.size);
+  }
+
+  /** Whether it has a scene of an element. @param {number} element */
+  has(element) {
+    return !this.ended && (this.#scenes.get(element)?.edition ?? NONE) !== NONE;
+  }
+
+  /** Batches are for this element from now on. @param {number} element */
+  turnTo(element) {
+    this.#element = element;
+  }
+
+  /** Frees an element's scene. @param {number} element */
+  forget(element) {
+    this.#scenes.delete(element);
+    for (const { worker, editions } of this.#tracers) {
+      editions.delete(element);
+      worker.postMessage({ kind: "forget", element });
+    }
+  }
+
+  /** @param {number} element @returns {Kept} */
+  #kept(element) {
+    const kept = this.#scenes.get(element) ?? { edition: NONE, share: nothing };
+    this.#scenes.set(element, kept);
+    return kept;
+  }
+
   /**
-   * Replaces the scene; if that fails, the previous one stays.
+   * Replaces an element's scene; if that fails, the previous one stays.
    *
+   * @param {number} element
    * @param {import("../tracing/description.js").SceneDescription} scene
    * @returns {Promise<string[]>} warnings, a line each, once a tracer has it
    */
-  async open(scene) {
-    const shareBefore = this.#share, edition = ++this.#asked;
+  async open(element, scene) {
+    const kept = this.#kept(element), shareBefore = kept.share, edition = ++this.#asked;
     /** @param {Tracer} tracer */
     const give = (tracer) => {
-      ++tracer.pending;
-      tracer.worker.postMessage({ kind: "open", scene, edition });
+      tracer.pending.add(edition);
+      tracer.worker.postMessage({ kind: "open", element, edition, scene });
     };
-    this.#share = nothing;
-    this.#tracers.forEach(give);
+    kept.share = nothing;
+    const given = [...this.#tracers];
+    given.forEach(give);
     let warnings;
     try {
       warnings = await this.#opened();
     } catch (error) {
-      this.#share = shareBefore;
+      kept.share = shareBefore;
       throw error;
     }
-    this.#reader.terminate();
-    this.#share = () => this.#addOthers().forEach(give);
+    kept.share = () => this.#allOthers().filter((tracer) => !given.includes(tracer)).forEach(give);
     return warnings;
   }
 
   /**
-   * Opens a file, once.
+   * Replaces an element's scene by a file's; if that fails, the previous one stays.
    *
-   * @param {string} name with its ending
-   * @param {Blob | string} source or its address
-   * @param {boolean} yUp whether y is up in the file
-   * @param {File[]} beside files opened together with it
-   * @param {Promise<WebAssembly.Module>} module of the core that reads it
-   * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
+   * @param {number} element
+   * @param {import("./reading.js").ReadFile} file
+   * @returns {import("./reading.js").ReadFile["summary"]} resolved once a tracer has it
    */
-  async read(name, source, yUp, beside, module) {
-    const opened = this.#opened(), { port } = this.#tracers[0];
-    opened.catch(() => {}); // awaited below
-    const reader = this.#reader;
+  async read(element, { port, summary: reading, share }) {
+    const kept = this.#kept(element), edition = ++this.#asked, shareBefore = kept.share;
+    /** @param {Tracer} tracer @param {MessagePort} reading its scene comes through it */
+    const give = ({ worker }, reading) => worker.postMessage({ kind: "read", element, edition, reading }, [reading]);
+    kept.share = nothing;
     try {
-      /** @type {Promise<import("./reader.js").Summary>} */
-      const read = new Promise((resolve, reject) => {
-        reader.onmessage = ({ data }) => {
-          if (data.kind === "read") resolve(data.summary);
-          else if (data.kind === "failed") reject(new Error(data.message));
-          else this.#keep(data.tracers);
-        };
-        reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
-      });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await module }, [port]);
-      const [summary, warnings] = await Promise.all([read, opened]);
-      this.#share = () => {
-        const ports = this.#addOthers().map((tracer) => tracer.port);
-        reader.postMessage({ kind: "share", ports }, ports);
+      give(this.#tracers[0], port);
+      const [summary, warnings] = await Promise.all([reading, this.#opened()]);
+      kept.share = () => {
+        const ports = this.#allOthers().map((tracer) => {
+          const { port1, port2 } = new MessageChannel();
+          give(tracer, port1);
+          return port2;
+        });
+        share(ports).then((count) => count !== null && edition === kept.edition && this.#keep(count));
       };
       return { ...summary, warnings: [...summary.warnings, ...warnings] };
     } catch (error) {
-      reader.terminate();
+      kept.share = shareBefore;
       throw error;
     }
   }
 
   /** Starts all workers, beginning with the scene's first picture. */
   grow() {
+    const kept = this.#kept(this.#element), { share } = kept;
     this.lend();
-    this.#share();
-    this.#share = nothing;
+    kept.share = nothing;
+    share();
   }
 
-  /** Ends workers that are no longer needed once a scene was shared. @param {number} count of tracers with the scene */
+  /** Ends tracers that got no scene, because it does not fit all. @param {number} count of those that got it */
   #keep(count) {
     this.#count = count;
-    this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
@@ -198,6 +234,10 @@ export class Pool {
 
   /** @param {Batch} batch for `parts` of the ready tracers */
   trace(batch) {
+    if (this.#batch) {
+      this.#next = batch;
+      return;
+    }
     // The leader of the last batch has the samples of the view.
     const ready = this.ready, leader = this.#leader && ready.includes(this.#leader) ? this.#leader : ready[0];
     this.#batch = batch;
@@ -205,23 +245,41 @@ export class Pool {
     this.#others = ready.filter((tracer) => tracer !== leader).slice(0, batch.parts - 1);
     const ports = this.#others.map(({ worker }) => {
       const { port1, port2 } = new MessageChannel();
-      worker.postMessage({ kind: "help", leader: port1 }, [port1]);
+      worker.postMessage({ kind: "help", element: this.#element, leader: port1 }, [port1]);
       return port2;
     });
-    leader.worker.postMessage({ kind: "lead", batch, others: ports }, ports);
+    leader.worker.postMessage({ kind: "lead", element: this.#element, batch, others: ports }, ports);
+  }
+
+  /**
+   * Traces places of an element's scene, as Scene.probe.
+   *
+   * @param {number} element
+   * @param {ArrayLike<number>} places @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
+   * @returns {Promise<import("../tracing/scene.js").Probe | null>} null if there is no scene, or no longer
+   */
+  probe(element, places, size, camera) {
+    const edition = this.#scenes.get(element)?.edition ?? NONE, id = ++this.#probe;
+    const tracer = this.#tracers.find(({ editions }) => editions.get(element) === edition);
+    if (!tracer) return Promise.resolve(null);
+    return new Promise((resolve) => {
+      this.#probes.set(id, resolve);
+      tracer.worker.postMessage({ kind: "probe", element, id, places, size, camera });
+    });
   }
 
   /** Ends the batch soon; its samples are not sent. */
   cancel() {
+    this.#next = undefined;
     if (this.#batch) this.#leader?.worker.postMessage({ kind: "cancel" });
   }
 
   /** Ends the workers; scenes being opened fail. */
   end() {
-    this.#share = nothing;
-    this.#reader.terminate();
+    this.#scenes.clear();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     for (const lender of this.#lenders.splice(0)) lender.terminate();
+    this.#endProbes();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
   }
 
@@ -229,21 +287,35 @@ export class Pool {
   #receive(tracer, reply) {
     if (reply.kind === "traced") {
       this.#finish(reply);
+    } else if (reply.kind === "probed") {
+      this.#probes.get(reply.id)?.(reply.probe);
+      this.#probes.delete(reply.id);
     } else if (reply.kind === "opened") {
-      if (reply.edition) --tracer.pending;
-      tracer.edition = reply.edition;
-      this.#edition = Math.max(this.#edition, reply.edition);
+      tracer.pending.delete(reply.edition);
+      tracer.memory = reply.memory;
+      const kept = this.#scenes.get(reply.element);
+      if (kept) {
+        tracer.editions.set(reply.element, reply.edition);
+        kept.edition = Math.max(kept.edition, reply.edition);
+      }
       if (reply.edition === this.#asked) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
-      if (reply.edition) --tracer.pending;
+      if (reply.edition !== undefined) tracer.pending.delete(reply.edition);
       this.#failed(tracer, reply.message, reply.broken);
     }
   }
 
+  #endProbes() {
+    for (const resolve of this.#probes.values()) resolve(null);
+    this.#probes.clear();
+  }
+
   /** @param {Traced} traced */
   #finish(traced) {
-    this.#batch = undefined;
+    const next = this.#next;
+    this.#batch = this.#next = undefined;
     this.#done(traced);
+    if (next && !this.#batch && this.threads > 0) this.trace(next);
   }
 
   /** @param {Tracer} tracer @param {string} message @param {boolean} broken */
@@ -253,10 +325,11 @@ export class Pool {
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
       for (const lender of this.#lenders.splice(0)) lender.terminate();
       if (this.ended) this.#lost(message);
+      this.#endProbes();
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {
-        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, milliseconds: 0, completing: 0 });
+        this.#finish({ kind: "traced", batch, cancelled: true, left: 0, rays: 0, milliseconds: 0 });
       } else if (this.#others.includes(tracer)) {
         this.cancel();
       }

@@ -1,26 +1,40 @@
 // @ts-check
 /**
- * The schedule of pictures. While the camera moves, each new view gets one picture, within the budget; while it rests,
- * the view is refined until every pixel is exact.
+ * The schedule of pictures. While the camera moves, each new view gets one picture, within the budget. At rest, all
+ * pixels are traced, then edges are smoothed, in few large steps: steps cost time. If all pixels take long, the picture
+ * is refined before.
  *
  * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. If
  * completing alone takes longer than the budget, moving pictures are smaller.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
+ * @typedef {import("./tracer.js").Phase} Phase
  */
 
-const REST_MS = 80; // without a change, before a view is refined: sooner, further movement would often have to cancel it
-const LONGEST_MS = 250; // tracing between two pictures at rest
+const REST_MS = 40; // without a change, before a view is refined: sooner, further movement would often have to cancel it
+const STEPS_MS = [250, 1000]; // tracing between two pictures at rest: the first, and the longest
+const SHARE_REFINED = 0.1; // of the time for all pixels, for refining before
+const LONG_MS = 800; // for all pixels: only then a picture is refined before
 const SHARE = 0.8; // share of a picture's time for tracing: with more, the page and messages make all pictures late
-const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // divisors of the size of moving pictures
+const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8]; // divisors of the size of moving pictures
 const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
+const PIXEL_MS = 1e-5; // to complete a pixel, before the first measurement
+const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
+const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced ones are worth their memory
+
+/** Numbers of the newest batch and view of the page, whose elements share workers: these go by what is newer. */
+const newest = { batch: 0, view: 0 };
 
 export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
   /** Whether resting views are refined. */
   refines = true;
+  /** Whether other elements wait: then no batch of a moving view is begun before `next`, since their turn may come. */
+  isShared = false;
+  /** Side of the grid of rays in pixels at edges of a resting view; 1 leaves edges as they are. */
+  side = 2;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -28,8 +42,8 @@ export class Schedule {
   #pool;
   /** Whether a picture of the scene was traced. */
   #isKnown = false;
-  /** Minimum milliseconds to complete a pixel; 0 before the first measurement. */
-  #pixelMs = 0;
+  /** Networks of the last completed pictures, and milliseconds to complete and paint a pixel. @type {{model: string, ms: number}[]} */
+  #recent = [];
   /** Completing times since the last batch. @type {import("./tracer.js").Completed[]} */
   #completed = [];
   /** @type {Camera} */
@@ -37,20 +51,27 @@ export class Schedule {
   /** @type {Size} at rest */
   #size = { height: 480, width: 640 };
   #scales;
-  #scale = 1; // of moving pictures
+  #scale = 1; // of the view
+  #movingScale = 1;
   #stale = true; // whether the view has another camera, size or scene than requested
   #changedAt = -Infinity;
 
+  #before = 0; // newest view of the page when the workers got the scene
+  #previous = 0; // newest batch of the page when the scene came
   #view = 0;
   /** @type {Size} of the view */
   #viewSize = this.#size;
-  #reached = 0; // traced pixels of the view's sequence
-  #step = 0; // milliseconds of the last refinement; 0 while the camera moves
+  #left = 0; // pixels left in the phase
+  /** @type {Phase} of the view */
+  #phase = "some";
+  #step = 0; // milliseconds of the last step at rest; 0 while the camera moves
+  #spent = 0; // milliseconds for refining
+  #restingRays = 0; // per second, when all pixels of the scene were traced last
 
-  #batch = 0;
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
   #waiting = [];
+  #shown = 0; // newest batch completed, which may be reported before it is traced
   #timer = 0;
 
   /** @param {Camera} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
@@ -63,13 +84,46 @@ export class Schedule {
     return this.#camera;
   }
 
+  /** Of the picture at rest. */
+  get size() {
+    return this.#size;
+  }
+
   /** Shows a scene. @param {import("./pool.js").Pool} pool has the scene */
   show(pool) {
-    if (pool !== this.#pool) this.#tracing = false;
+    const isOther = pool !== this.#pool;
+    if (isOther) this.#tracing = false, this.#before = newest.view;
     this.#pool = pool;
     this.#isKnown = false;
+    this.#restingRays = 0;
     this.#waiting = [];
+    this.#previous = newest.batch;
     this.change({});
+    if (isOther) this.#changedAt = -Infinity; // nothing moves
+  }
+
+  /** Pauses until workers have the scene again. */
+  stop() {
+    clearTimeout(this.#timer);
+    this.#stale = !this.isDone;
+    this.#pool = undefined;
+    this.#tracing = false;
+    this.#waiting = [];
+  }
+
+  /** Whether there is nothing to trace or complete. */
+  get isDone() {
+    return !this.#stale && !this.#tracing && this.#waiting.length === 0 && (this.#isFinal || !this.refines);
+  }
+
+  /** Whether the camera, the size or the scene has just changed. */
+  get isMoving() {
+    return performance.now() < this.#changedAt + REST_MS;
+  }
+
+  /** Whether a batch is of the current workers and scene. @param {import("./tracer.js").Batch} batch */
+  owns(batch) {
+    return batch.view > this.#before;
   }
 
   /** @param {{camera?: Partial<Camera>, size?: Size}} what */
@@ -84,72 +138,120 @@ export class Schedule {
   }
 
   /** @param {import("./pool.js").Traced} traced */
-  traced({ batch, cancelled, reached, rays, milliseconds, completing }) {
+  traced({ batch, cancelled, left, rays, milliseconds }) {
     this.#tracing = false;
     if (!cancelled) {
       this.#isKnown = true;
-      this.#pixelMs = completing / (batch.height * batch.width);
-      this.#waiting.push(batch.id);
-      this.#reached = reached;
+      if (batch.id > this.#shown) this.#waiting.push(batch.id);
+      this.#left = left;
       this.raysPerSecond = 1000 * rays / milliseconds;
+      if (batch.phase === "rows") this.#restingRays = this.raysPerSecond;
+    } else if (this.#step > 0) {
+      this.#begin(1, "rows"); // its tracer, with what was traced, may have ended
     }
     this.next();
   }
 
-  /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact picture requested */
-  completed({ batch, traced, total, model }) {
+  /**
+   * @param {import("./completing.js").Picture} picture
+   * @returns {{exact: boolean, final: boolean}} whether it is the exact picture requested, and whether no other follows
+   */
+  completed({ batch, traced, total, model, isSmoothed }) {
     const pixels = batch.height * batch.width;
-    if (traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
+    if (batch.phase === "some" && traced < pixels) {
+      this.#completed.push({ model, pixels, milliseconds: total });
+      this.#recent = [{ model, ms: total / pixels }, ...this.#recent].slice(0, RECENT);
+    }
+    this.#shown = batch.id;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
-    this.next();
-    return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
+    if (!this.isShared) this.next();
+    const exact = !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
+    return { exact, final: exact && (isSmoothed || this.side === 1) };
+  }
+
+  /** Whether a picture is of the current scene. @param {import("./completing.js").Picture} picture */
+  isCurrent({ batch }) {
+    return batch.id > this.#previous;
   }
 
   /** Starts the next batch, if it is time. */
   next() {
     clearTimeout(this.#timer);
     const ready = this.#pool?.threads ?? 0;
-    if (ready === 0 || this.#tracing || this.#waiting.length > 1) return;
+    if (ready === 0 || this.#tracing || this.#waiting.length > (this.isShared && this.#step === 0 ? 0 : 1)) return;
     if (this.#stale) {
       this.#stale = false;
-      this.#scale = this.#scales ? this.#movingScale() : 1;
-      this.#begin(this.#scale);
-      this.#step = 0;
+      if (this.#scales) this.#movingScale = this.#chooseScale();
+      this.#begin(this.#movingScale, "some");
+      this.#step = this.#spent = 0;
       // One core completes the previous picture meanwhile, except during a scene's first.
       this.#trace(SHARE * this.budget, Math.max(1, this.#isKnown ? ready - 1 : ready));
-    } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
+    } else if (this.refines && !this.#isFinal) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
         this.#timer = setTimeout(() => this.next(), left);
       } else {
-        if (this.#scale > 1) this.#begin(this.#scale = 1);
-        this.#step = Math.min(2 * (this.#step || this.budget), LONGEST_MS);
-        this.#trace(this.#step, ready);
+        this.#trace(this.#nextStep(), ready);
       }
     }
   }
 
-  /** The minimum scale for completing within the budget; a picture grows only if that is certain. */
-  #movingScale() {
-    const { height, width } = this.#size;
+  /** Whether nothing is left to trace of a view. */
+  get #isFinal() {
+    return this.#left === 0 && this.#scale === 1 && (this.#phase === "edges" || this.side === 1);
+  }
+
+  /** Begins the next step at rest. @returns {number} milliseconds */
+  #nextStep() {
+    const { height, width } = this.#size, [first, longest] = STEPS_MS;
+    const all = 1000 * height * width / (this.#restingRays || this.raysPerSecond);
+    const refining = all > LONG_MS ? SHARE_REFINED * all - this.#spent : 0;
+    if (this.#phase === "some" && refining > this.budget && this.#left > 0) {
+      const scale = Math.max(1, Math.sqrt(height * width / MOST_REFINED));
+      if (this.#scale !== scale) this.#begin(scale, "some");
+      this.#spent += this.#step = Math.min(2 * (this.#step || this.budget), refining, longest);
+      return this.#step;
+    }
+    if (this.#left === 0 && this.#scale === 1) {
+      this.#phase = "edges";
+    } else if (this.#phase === "some") {
+      if (this.#scale !== 1) this.#begin(1, "rows");
+      this.#phase = "rows";
+      this.#step = 0;
+    }
+    this.#step = Math.min(Math.max(2 * this.#step, first), longest);
+    return this.#step;
+  }
+
+  /** The minimum scale at which a network completes pictures within the budget; they grow only if that is certain. */
+  #chooseScale() {
+    const medians = Array.from(new Set(this.#recent.map(({ model }) => model)), (name) => {
+      const times = this.#recent.filter(({ model }) => model === name).map(({ ms }) => ms).sort((a, b) => a - b);
+      return times[times.length >> 1];
+    });
+    const { height, width } = this.#size, fastest = medians.length > 0 ? Math.min(...medians) : PIXEL_MS;
     return SCALES.find((scale) => {
-      const completing = this.#pixelMs * height * width / scale ** 2;
-      return completing < (scale < this.#scale ? SMALLER : 1) * this.budget;
+      const completing = fastest * height * width / scale ** 2;
+      return completing < (scale < this.#movingScale ? SMALLER : 1) * this.budget;
     }) ?? SCALES[SCALES.length - 1];
   }
 
-  /** A new view. @param {number} scale */
-  #begin(scale) {
+  /** A new view. @param {number} scale @param {Phase} phase */
+  #begin(scale, phase) {
     const { height, width } = this.#size;
-    ++this.#view;
-    this.#viewSize = { height: Math.round(height / scale), width: Math.round(width / scale) };
-    this.#reached = 0;
+    this.#view = ++newest.view;
+    this.#scale = scale;
+    this.#phase = phase;
+    this.#viewSize = { height: Math.max(1, Math.round(height / scale)), width: Math.max(1, Math.round(width / scale)) };
+    this.#left = this.#viewSize.height * this.#viewSize.width;
   }
 
   /** @param {number} milliseconds for tracing @param {number} parts threads */
   #trace(milliseconds, parts) {
     this.#tracing = true;
     const completed = this.#completed.splice(0);
-    this.#pool?.trace({ id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, milliseconds, completed });
+    this.#pool?.trace({
+      id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
+    });
   }
 }

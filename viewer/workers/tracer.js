@@ -12,11 +12,14 @@
  * @typedef {import("../picture/planner.js").Mode} Mode
  * @typedef {import("../picture/planner.js").Model} Model
  *
+ * @typedef {"some" | "rows" | "edges"} Phase some: pixels in an order, which a network completes; rows: all pixels, row by
+ *   row; edges: several rays in each pixel at edges
  * @typedef {{
- *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, milliseconds: number, completed: Completed[]
+ *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
+ *   milliseconds: number, completed: Completed[]
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
- *   one picture. `completed`: completing times since the last batch
+ *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
@@ -25,31 +28,41 @@
  *   samples (n, C), from Scene.trace; expected: with the first batch of a view, reprojected samples overwritten by
  *   traced ones, (C, height, width) of the displayed channels; null if there are no reprojected samples. The array is
  *   returned
+ * @typedef {{begin: number, end: number, planes: Float32Array}} Strip rows, (C, end - begin, width) of the displayed layout
+ * @typedef {{kind: "rows", batch: Batch, isColored: boolean, strips: Strip[]}} Strips the same in the phase "rows"
+ * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
+ *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
  *
- * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the leader to another tracer: pixels (n, 2)
- * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
+ * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number]})} Slice
+ *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end
+ * @typedef {{slice: Slice, values: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
+ *   (n, 5), or planes (C, rows, width) of the traced layout
  *
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
- *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
+ *   | {kind: "connect", completing: MessagePort}
+ *   | {kind: "read", element: number, edition: number, reading: MessagePort}
  *   | {kind: "borrow", lenders: MessagePort[]}
- *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
- *   | {kind: "lead", batch: Batch, others: MessagePort[]}
- *   | {kind: "help", leader: MessagePort}
+ *   | {kind: "open", element: number, edition: number, scene: import("../tracing/description.js").SceneDescription}
+ *   | {kind: "forget", element: number}
+ *   | {kind: "lead", element: number, batch: Batch, others: MessagePort[]}
+ *   | {kind: "help", element: number, leader: MessagePort}
+ *   | {kind: "probe", element: number, id: number, places: ArrayLike<number>, size: Size, camera: Camera}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
- *   "open" may also come through the port `reading`; it is answered by "opened" or "failed", and then the previous
- *   scene stays. There is no answer if the tracer has a scene of a later edition: scenes from the port, of edition 0,
- *   may be outdated. "lead", with a port to each other tracer of the batch, is answered by "traced", after "cancel" at
- *   once; "help" is only answered by "failed"
+ *   A tracer keeps a scene for each element until "forget". "open" is answered by "opened" or "failed", and then the
+ *   element's previous scene stays. So is "read", whose scene comes through the port `reading`. There is no answer if
+ *   the element has a scene of a later edition. "lead", with a port to each other tracer of the batch, is answered by
+ *   "traced", after "cancel" at once; "help" is only answered by "failed"; "probe", at any time, is answered by
+ *   "probed", with null if the element has no scene
  *
- * @typedef {{kind: "opened", edition: number, warnings: string[]}
+ * @typedef {{kind: "opened", element: number, edition: number, warnings: string[], memory: number}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
- *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
- *   edition: of the requested scene; warnings: a line each; broken: the core is unusable; cancelled: no samples were
- *   sent, and the view has to begin again; reached: traced pixels of the view's sequence; rays: by all tracers of the
- *   batch; completing: milliseconds of the fastest completion of its picture, 0 before the first measurement
+ *   | {kind: "probed", id: number, probe: import("../tracing/scene.js").Probe | null}
+ *   | {kind: "traced", batch: Batch, cancelled: boolean, left: number, rays: number, milliseconds: number}} Reply
+ *   edition: of the requested scene; warnings: a line each; memory: bytes of the core; broken: the core is unusable; cancelled: no samples
+ *   were sent, and the view has to begin again; left: pixels left in the batch's phase; rays: by all tracers of the batch
  */
 import { Core, sharedMemoryFor } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -57,9 +70,13 @@ import { COLORED } from "../picture/channels.js";
 import { History } from "../picture/history.js";
 import { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder } from "../picture/order.js";
 import { FramePlanner } from "../picture/planner.js";
+import { Rows } from "../picture/rows.js";
 import { buildScene } from "../tracing/scene.js";
 
 const SLICE_MS = 5;
+const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
+const LARGEST_SLICE = 2 ** 18; // pixels, at rest
+const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
 
@@ -75,7 +92,7 @@ let loan;
 let completing;
 /** Port to the leading tracer, if that is another one. @type {MessagePort | undefined} */
 let leading;
-/** @type {import("../tracing/scene.js").Scene | undefined} */
+/** Of the element at work, as all that follows. @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 let edition = -1; // of the scene
 /**
@@ -84,12 +101,58 @@ let edition = -1; // of the scene
  * @type {{id: number, mode: Mode, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, known: number, ended: boolean} | undefined}
  */
 let view;
+/**
+ * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of those that were smoothed, and
+ * milliseconds for one.
+ *
+ * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number} | undefined}
+ */
+let resting;
+/** Milliseconds that a thread takes for a pixel at rest; 0 before the first one. Moving pictures take longer for one. */
+let restingMs = 0;
 /** The last array sent as `expected` and returned. @type {Float32Array | undefined} */
 let spare;
 /** The samples of earlier views, of one size. @type {History | undefined} */
 let history;
 /** Of the scene. @type {FramePlanner | undefined} */
 let planner;
+
+/**
+ * @typedef {{
+ *   scene: typeof scene, edition: number, view: typeof view, resting: typeof resting, restingMs: number, history: typeof history, planner: typeof planner
+ * }} Kept what belongs to an element
+ */
+/** @type {Kept} */
+const NOTHING = { scene: undefined, edition: -1, view: undefined, resting: undefined, restingMs: 0, history: undefined, planner: undefined };
+let element = 0; // at work
+/** Of the other elements. @type {Map<number, Kept>} */
+const kept = new Map();
+
+/** Goes on with an element. @param {number} next */
+function turnTo(next) {
+  if (next === element) return;
+  kept.set(element, { scene, edition, view, resting, restingMs, history, planner });
+  element = next;
+  const own = kept.get(next) ?? NOTHING;
+  ({ scene, edition, view, resting, restingMs, history, planner } = own);
+  kept.delete(next);
+}
+
+/** Frees an element's scene. @param {number} which */
+function forget(which) {
+  if (which === element) {
+    cancel();
+    help(undefined);
+    turnTo(0); // which has none
+  }
+  const own = kept.get(which);
+  kept.delete(which);
+  own?.view?.sequence.free();
+  own?.history?.free();
+  own?.planner?.free();
+  own?.scene?.free();
+}
+
 let cancelled = false;
 /** Wakes the wait for other tracers. */
 let wake = () => {};
@@ -108,9 +171,13 @@ const messages = () => new Promise((resolve) => {
 /** @param {Extract<Request, {kind: "open"}>} request */
 async function open(request) {
   const core = await starting;
+  const isAtWork = request.element === element;
+  turnTo(request.element);
   if (request.edition < edition) return;
-  cancel();
-  help(undefined);
+  if (isAtWork) {
+    cancel();
+    help(undefined);
+  }
   try {
     useThreads(core, threads);
     const built = buildScene(core, request.scene);
@@ -118,9 +185,10 @@ async function open(request) {
     scene = built;
     edition = request.edition;
     forgetViews();
+    restingMs = 0;
     planner?.free();
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
-    reply({ kind: "opened", edition, warnings: built.warnings });
+    reply({ kind: "opened", element, edition, warnings: built.warnings, memory: core.memory.byteLength });
   } catch (error) {
     const broken = !(error instanceof CoreError); // any error the core does not report is fatal, usually out of memory
     fail(error, broken, request.edition);
@@ -146,7 +214,7 @@ function cancel() {
 function forgetViews() {
   view?.sequence.free();
   history?.free();
-  view = history = undefined;
+  view = history = resting = undefined;
 }
 
 const ORDERS = { whole: WholeOrder, squares: SquaresOrder, adaptive: AdaptiveOrder };
@@ -174,49 +242,191 @@ function beginView(scene, planner, { view: id, camera, height, width, millisecon
   return view = { id, mode: expected ? mode : own, camera, size, sequence, expected, known, ended: false };
 }
 
-/** @param {Int32Array} pixels (n, 2) @param {Size} size @param {Camera} camera @returns {TracedSlice} */
-function traceSlice(pixels, size, camera) {
+/** @param {Slice} slice @returns {TracedSlice} */
+function traceSlice(slice) {
   if (!scene) throw new Error("trace: expected an open scene");
-  const begin = performance.now(), samples = scene.trace(pixels, size, camera);
-  return { pixels, samples, milliseconds: performance.now() - begin };
+  const begin = performance.now(), { camera, size } = slice;
+  const values = "rows" in slice ? scene.rows(...slice.rows, size, camera)
+    : slice.side === undefined ? scene.trace(slice.pixels, size, camera) : scene.means(slice.pixels, size, camera, slice.side);
+  return { slice, values, milliseconds: performance.now() - begin };
 }
 
-/** @param {Batch} batch @param {MessagePort[]} ports to the other tracers */
-async function lead(batch, ports) {
-  cancelled = false;
-  await starting;
-  if (!scene) throw new Error("lead: expected an open scene");
-  const lent = threads > 1 ? batch.parts : 1; // including this one
-  useThreads(scene.core, lent);
-  const planning = /** @type {FramePlanner} */ (planner), { camera, parts, height, width } = batch, total = height * width;
-  for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
-  const begin = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, planning, batch);
+/**
+ * What a batch does.
+ *
+ * @typedef {object} Work
+ * @property {() => Slice | undefined} deal returns the next slice; undefined if there is none now, or time is over
+ * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
+ * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
+ * @property {() => number} left number of pixels
+ * @property {() => {message: Samples | Strips | Means, transfer: Transferable[]}} result
+ *
+ * @typedef {object} Circumstances of a batch
+ * @property {import("../tracing/scene.js").Scene} scene
+ * @property {FramePlanner} planning
+ * @property {Batch} batch
+ * @property {number} lent threads of this tracer
+ * @property {number} others number of other tracers
+ * @property {number} begin
+ */
+
+/** @param {Circumstances} circumstances @returns {Work} on pixels in an order */
+function somePixels({ scene, planning, batch, lent, others, begin }) {
+  const { camera, parts, height, width } = batch, total = height * width;
+  const of = view?.id === batch.view && !view.ended ? view : beginView(scene, planning, batch);
   const { sequence, size, mode } = of, known = Math.max(of.known, sequence.done / total);
   const model = planning.completion(mode, known, batch.milliseconds, parts);
   const end = begin + planning.forTracing(mode, model, batch.milliseconds);
-  /** @type {TracedSlice[]} */
+  /** @type {{pixels: Int32Array, samples: Float32Array}[]} */
   const slices = [];
-  let count = 0;
-
-  const deal = () => {
-    const time = end - performance.now(), isLate = time <= 0 && count > 0;
-    if (cancelled || isLate || sequence.done === total) return;
-    const wanted = Math.max(LEAST, planning.pixelsIn(mode, lent * Math.min(SLICE_MS, Math.max(time, 0))));
-    const left = sequence.available(Math.max(wanted, planning.pixelsIn(mode, parts * Math.max(time, 0))));
-    if (left === 0) return;
-    // Slices shrink towards the end of a round, when all tracers wait for each other.
-    const share = ports.length > 0 ? left / (AHEAD * parts) : left;
-    return sequence.next(Math.min(left, Math.ceil(Math.max(LEAST, Math.min(wanted, share)))));
+  return {
+    deal() {
+      const time = end - performance.now(), isLate = time <= 0 && slices.length > 0;
+      if (isLate || sequence.done === total) return;
+      const wanted = Math.max(LEAST, planning.pixelsIn(mode, lent * Math.min(SLICE_MS, Math.max(time, 0))));
+      const left = sequence.available(Math.max(wanted, planning.pixelsIn(mode, parts * Math.max(time, 0))));
+      if (left === 0) return;
+      // Slices shrink towards the end of a round, when all tracers wait for each other.
+      const share = others > 0 ? left / (AHEAD * parts) : left;
+      return { camera, size, pixels: sequence.next(Math.min(left, Math.ceil(Math.max(LEAST, Math.min(wanted, share))))) };
+    },
+    keep({ slice, values, milliseconds }, began) {
+      const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
+      sequence.add(pixels, values);
+      slices.push({ pixels, samples: values });
+      const spent = began === undefined ? milliseconds : performance.now() - began;
+      planning.traced(mode, pixels.length / 2, lent * spent, mode !== "reproject" && sequence.rounds === 1);
+    },
+    left: () => total - sequence.done,
+    result() {
+      const expected = of.expected?.picture(spare) ?? null;
+      if (expected) spare = undefined;
+      of.expected = null;
+      const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
+      const samples = joined(Float32Array, slices.map((slice) => slice.samples));
+      const message = { kind: /** @type {const} */ ("samples"), batch, isColored: scene.layout === COLORED, model, pixels, samples, expected };
+      return { message, transfer: [pixels.buffer, samples.buffer, ...(expected ? [expected.buffer] : [])] };
+    },
   };
+}
 
-  /** @param {TracedSlice} slice @param {number} [began] time when its pixels were chosen */
-  const keep = (slice, began) => {
-    const rays = slice.pixels.length / 2;
-    sequence.add(slice.pixels, slice.samples);
-    slices.push(slice);
-    count += rays;
-    const milliseconds = began === undefined ? slice.milliseconds : performance.now() - began;
-    planning.traced(mode, rays, lent * milliseconds, mode !== "reproject" && sequence.rounds === 1);
+/** The picture at rest of a batch. @param {Circumstances} circumstances */
+function restOf({ scene, batch }) {
+  if (resting?.id !== batch.view) resting = { id: batch.view, rows: new Rows(scene, batch), smoothed: 0, pixelMs: 0 };
+  return resting;
+}
+
+/** @param {Circumstances} circumstances @returns {Work} on all rows */
+function allRows(circumstances) {
+  const { scene, batch, lent, others, begin } = circumstances, { camera, parts, height, width } = batch, size = { height, width };
+  const { rows } = restOf(circumstances), end = begin + batch.milliseconds;
+  // Movement from here starts with all pixels, if it has this size.
+  const sequence = view?.id === batch.view ? view.sequence : undefined;
+  /** @type {Strip[]} */
+  const strips = [];
+  /** Strips that came before those above them, by their first rows. @type {Map<number, TracedSlice>} */
+  const early = new Map();
+  const { done } = rows; // before the batch
+  let dealt = done;
+
+  /** @param {number} last @param {Float32Array} [traced] */
+  const add = (last, traced) => {
+    const first = rows.done;
+    strips.push({ begin: first, end: last, planes: rows.add(last, camera, traced, sequence?.planes) });
+    if (last === height) sequence?.finish();
+  };
+  return {
+    deal() {
+      if (dealt === height || (performance.now() > end && dealt > done)) return;
+      const milliseconds = done > 0 ? LONG_SLICE_MS : Math.min(LONG_SLICE_MS, SLICE_MS + (performance.now() - begin) / 4);
+      const wanted = Math.min(restingMs > 0 ? lent * milliseconds / restingMs : LEAST, LARGEST_SLICE) / width;
+      const share = others > 0 ? (height - dealt) / (AHEAD * parts) : Infinity, first = dealt;
+      dealt = Math.min(height, dealt + TILE * Math.max(1, Math.round(Math.min(wanted, share) / TILE)));
+      return { camera, size, rows: [first, dealt] };
+    },
+    trace: others > 0 ? undefined : (slice) => {
+      const began = performance.now(), [, last] = /** @type {{rows: [number, number]}} */ (slice).rows;
+      add(last);
+      return { slice, values: new Float32Array(0), milliseconds: performance.now() - began };
+    },
+    keep(traced) {
+      const [first, last] = /** @type {{rows: [number, number]}} */ (traced.slice).rows;
+      restingMs = lent * traced.milliseconds / ((last - first) * width);
+      if (others === 0) return;
+      early.set(first, traced);
+      for (let next; (next = early.get(rows.done)); ) {
+        early.delete(rows.done);
+        add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], next.values);
+      }
+    },
+    left: () => (height - rows.done) * width,
+    result: () => ({
+      message: { kind: "rows", batch, isColored: scene.layout === COLORED, strips }, transfer: strips.map(({ planes }) => planes.buffer),
+    }),
+  };
+}
+
+/** @param {Circumstances} circumstances @returns {Work} on pixels at edges */
+function atEdges(circumstances) {
+  const { scene, batch, lent, others, begin } = circumstances, { camera, parts, height, width, side } = batch, size = { height, width };
+  const rest = restOf(circumstances), end = begin + batch.milliseconds, { rows } = rest;
+  // A picture that was whole while it moved has no rows yet.
+  if (rows.done < height && view?.id === batch.view && view.sequence.done === height * width) {
+    rest.edges = scene.edges(0, height, width, { address: view.sequence.planes, top: 0, rows: height });
+  } else if (rows.done < height) {
+    cancelled = true;
+  }
+  const edges = rest.edges ??= joined(Int32Array, rows.edges);
+  rows.edges = [];
+  /** @type {{pixels: Int32Array, means: Float32Array}[]} */
+  const slices = [];
+  let dealt = rest.smoothed;
+  return {
+    deal() {
+      const left = edges.length / 2 - dealt;
+      if (left === 0 || (performance.now() > end && slices.length > 0)) return;
+      const wanted = Math.min(rest.pixelMs > 0 ? lent * LONG_SLICE_MS / rest.pixelMs : LEAST, LARGEST_SLICE / side ** 2);
+      const count = Math.min(left, Math.ceil(Math.max(LEAST, Math.min(wanted, others > 0 ? left / (AHEAD * parts) : left))));
+      const pixels = edges.slice(2 * dealt, 2 * (dealt += count));
+      return { camera, size, pixels, side };
+    },
+    keep({ slice, values, milliseconds }) {
+      const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
+      rest.pixelMs = lent * milliseconds / (pixels.length / 2);
+      rest.smoothed += pixels.length / 2;
+      slices.push({ pixels, means: values });
+    },
+    left: () => edges.length / 2 - rest.smoothed,
+    result() {
+      const pixels = joined(Int32Array, slices.map((slice) => slice.pixels)), means = joined(Float32Array, slices.map((slice) => slice.means));
+      const message = { kind: /** @type {const} */ ("means"), batch, isColored: scene.layout === COLORED, pixels, means, isLast: rest.smoothed === edges.length / 2 };
+      return { message, transfer: [pixels.buffer, means.buffer] };
+    },
+  };
+}
+
+/** @type {Record<Phase, (circumstances: Circumstances) => Work>} */
+const WORKS = { some: somePixels, rows: allRows, edges: atEdges };
+
+/** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
+async function lead({ element: own, batch, others: ports }) {
+  cancelled = false;
+  await starting;
+  turnTo(own);
+  if (!scene) throw new Error("lead: expected an open scene");
+  const lent = threads > 1 ? batch.parts : 1; // including this one
+  useThreads(scene.core, lent);
+  const planning = /** @type {FramePlanner} */ (planner), begin = performance.now();
+  for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
+  const work = WORKS[batch.phase]({ scene, planning, batch, lent, others: ports.length, begin });
+  let rays = 0;
+  const deal = () => (cancelled ? undefined : work.deal());
+
+  /** @param {TracedSlice} traced @param {number} [began] */
+  const keep = (traced, began) => {
+    const { slice } = traced;
+    rays += "rows" in slice ? (slice.rows[1] - slice.rows[0]) * batch.width : slice.pixels.length / 2 * (slice.side ?? 1) ** 2;
+    work.keep(traced, began);
   };
 
   const others = ports.map((port) => ({ port, slices: 0 }));
@@ -231,37 +441,34 @@ async function lead(batch, ports) {
   while (!cancelled) {
     for (let slices = 0; slices < AHEAD; ++slices) {
       for (const other of others) {
-        const pixels = other.slices === slices && deal();
-        if (!pixels) continue;
+        const slice = other.slices === slices && deal();
+        if (!slice) continue;
         ++other.slices;
-        other.port.postMessage({ camera, size, pixels }, [pixels.buffer]);
+        other.port.postMessage(slice, "pixels" in slice ? [slice.pixels.buffer] : []);
       }
     }
-    const began = performance.now(), pixels = deal();
-    if (pixels) {
-      keep(traceSlice(pixels, size, camera), began);
+    const began = performance.now(), slice = deal();
+    if (slice) {
+      keep((work.trace ?? traceSlice)(slice), began);
       await messages();
+      turnTo(own);
     } else if (others.some(({ slices }) => slices > 0)) {
       await new Promise((resolve) => (wake = () => resolve(undefined)));
+      turnTo(own);
     } else {
       break;
     }
   }
   for (const { port } of others) port.close();
-  const milliseconds = performance.now() - begin;
+  const milliseconds = performance.now() - begin, left = work.left();
   if (cancelled) {
-    of.ended = true;
+    if (view) view.ended = true;
+    resting = undefined;
   } else {
-    const expected = of.expected?.picture(spare) ?? null;
-    if (expected) spare = undefined;
-    of.expected = null;
-    const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
-    const samples = joined(Float32Array, slices.map((slice) => slice.samples));
-    /** @type {Samples} */
-    const message = { kind: "samples", batch, isColored: scene.layout === COLORED, model, pixels, samples, expected };
-    completing.postMessage(message, [pixels.buffer, samples.buffer, ...(expected ? [expected.buffer] : [])]);
+    const { message, transfer } = work.result();
+    completing.postMessage(message, transfer);
   }
-  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, milliseconds, completing: planning.completing });
+  reply({ kind: "traced", batch, cancelled, left, rays, milliseconds });
 }
 
 /**
@@ -277,17 +484,18 @@ function joined(type, arrays) {
   return all;
 }
 
-/** @param {MessagePort | undefined} port to the current leader */
-function help(port) {
+/** @param {MessagePort | undefined} port to the current leader @param {number} [own] the element */
+function help(port, own = element) {
   leading?.close();
   leading = port;
   if (!port) return;
   /** @param {MessageEvent<Slice>} event */
-  port.onmessage = ({ data: { camera, size, pixels } }) => {
+  port.onmessage = ({ data: slice }) => {
     if (port !== leading) return; // from a batch that has ended
+    turnTo(own);
     try {
-      const traced = traceSlice(pixels, size, camera);
-      port.postMessage(traced, [traced.pixels.buffer, traced.samples.buffer]);
+      const traced = traceSlice(slice);
+      port.postMessage(traced, [traced.values.buffer, ...("pixels" in slice ? [slice.pixels.buffer] : [])]);
     } catch (error) {
       fail(error);
     }
@@ -303,16 +511,23 @@ function receive({ data }) {
   } else if (data.kind === "connect") {
     completing = data.completing;
     completing.onmessage = ({ data: array }) => (spare = array);
-    data.reading.onmessage = receive;
+  } else if (data.kind === "read") {
+    const { reading, element, edition } = data;
+    reading.onmessage = ({ data: scene }) => open({ kind: "open", element, edition, scene });
+  } else if (data.kind === "forget") {
+    forget(data.element);
   } else if (data.kind === "borrow") {
     threads = 1 + data.lenders.length;
     starting.then(() => data.lenders.forEach((port) => port.postMessage(loan)));
   } else if (data.kind === "open") {
     open(data);
   } else if (data.kind === "lead") {
-    lead(data.batch, data.others).catch((error) => fail(error));
+    lead(data).catch((error) => fail(error));
   } else if (data.kind === "help") {
-    help(data.leader);
+    help(data.leader, data.element);
+  } else if (data.kind === "probe") {
+    const { id, places, size, camera } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
+    reply({ kind: "probed", id, probe: of?.probe(places, size, camera) ?? null });
   } else {
     cancel();
   }

@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 import bobrossnet as bob
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.page.joining import ENTRIES, Modules, joined
+from bobrossnet.page.joining import APART, ENTRIES, Modules, joined
 from bobrossnet.page.look import written
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import VIEWER
@@ -104,7 +104,7 @@ def page_files(
     }
     files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
     modules = Modules(VIEWER)
-    files |= {path: joined(modules, path).encode() for path in ENTRIES}
+    files |= {path: joined(modules, path, APART).encode() for path in (*ENTRIES, *APART)}
     # Windows keeps files that are still being sent at the end of the context.
     with tempfile.TemporaryDirectory(prefix="bobrossnet-view-", ignore_cleanup_errors=True) as folder:
         packed = Path(folder)

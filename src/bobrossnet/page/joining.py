@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import posixpath
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +26,16 @@ ENTRIES = (
     "workers/tracer.js",
 )
 """Entry modules, which no module imports. Bundled, they keep their paths, so that relative addresses stay valid."""
+
+APART = (
+    "component/cube.js",
+    "component/orientation.js",
+    "component/saying.js",
+    "component/spots.js",
+    "picture/fitting.js",
+    "picture/picking.js",
+)
+"""Modules that the element imports where they are wanted; in a page of a single file, they are part of it."""
 
 WORKERS = ("completing", "reader", "thread", "tracer")
 
@@ -53,6 +63,16 @@ EXPORTED = re.compile(r"^export (?:async )?(?:function\*?|class|const) (?:(\w+)|
 OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 
+LITERAL = re.compile(r"""\"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'|/(?:[^/\\\n[]|\\.|\[(?:[^]\\\n]|\\.)*\])+/[a-z]*""")
+"""A string or a regular expression."""
+
+WORD = re.compile(r"[\w$#.]+")
+BEFORE_LITERAL = "\n(,=:[!&|?{};>"
+"""Characters after which a slash begins a regular expression."""
+
+PUNCTUATION = "{}()[],;:=*?&|<>!%+-\n"
+
+
 class Modules:
     """The texts of modules, without comments, and with the package's version.
 
@@ -73,8 +93,8 @@ class Modules:
         return self._texts[path]
 
 
-def joined(modules: Modules, entry: str) -> str:
-    """Return the text of a module bundled with all static and dynamic imports.
+def joined(modules: Modules, entry: str, apart: Collection[str] = ()) -> str:
+    """Return the text of a module bundled with all static and dynamic imports, except dynamic ones of `apart`.
 
     Lines are not indented, which would add 3 % to the compressed size.
 
@@ -97,9 +117,12 @@ def joined(modules: Modules, entry: str) -> str:
         return f"const {{{renamed}}} = {_name(other)};\n"
 
     def taken_later(path: str, found: re.Match[str]) -> str:
-        return f"Promise.resolve({_name(_beside(path, found[1]))})"
+        other = _beside(path, found[1])
+        if other in apart:
+            return f'import("./{posixpath.relpath(other, posixpath.dirname(entry))}")'
+        return f"Promise.resolve({_name(other)})"
 
-    for path in _in_order(modules, entry):
+    for path in _in_order(modules, entry, apart):
         text = "".join(taken(path, found) for found in IMPORT.finditer(modules[path])) + IMPORT.sub("", modules[path])
         text = LATER.sub(partial(taken_later, path), text)
         if path.count("/") != entry.count("/") and re.search(r"import\.meta|\bimport\(", text):
@@ -113,7 +136,56 @@ def joined(modules: Modules, entry: str) -> str:
                 raise ValueError(f"{path}: expected another form than: {other[0]}")
             text = f"const {_name(path)} = (() => {{\n{text}return {{ {', '.join(exports[path])} }};\n}})();\n"
         parts.append(f"// {path}\n{text}")
-    return INDENTATION.sub("", "".join(parts))
+    return squeezed(INDENTATION.sub("", "".join(parts)))
+
+
+def squeezed(text: str) -> str:
+    """Remove comments that fill a line, and the spaces and line breaks that JavaScript does not need."""
+    kept: list[str] = []
+    last = "\n"  # the last kept character that is no space
+    at = 0
+    while at < len(text):
+        letter = text[at]
+        end = at + 1
+        if text.startswith("//", at):
+            at = text.index("\n", at)
+            continue
+        if word := WORD.match(text, at):
+            end = word.end()
+        elif (letter != "/" or last in BEFORE_LITERAL) and (literal := LITERAL.match(text, at)):
+            end = literal.end()
+        elif letter == "`":
+            end = _template_end(text, at)
+        after = text[end : end + 1]
+        if letter == " ":
+            is_needed = not (last in PUNCTUATION or after in PUNCTUATION) or (last in "+-" and after in "+-")
+        else:
+            is_needed = letter != "\n" or last not in "\n{([,"
+            last = text[end - 1] if is_needed else last
+        if is_needed:
+            kept.append(text[at:end])
+        at = end
+    return "".join(kept)
+
+
+def _template_end(text: str, at: int) -> int:
+    """Return the index after the template literal that begins at `at`; its expressions may contain others."""
+    depth = 0
+    at += 1
+    while depth > 0 or text[at] != "`":
+        if text[at] == "\\":
+            at += 1
+        elif depth > 0 and text[at] == "`":
+            at = _template_end(text, at) - 1
+        elif depth > 0 and (literal := LITERAL.match(text, at)) and text[at] != "/":
+            at = literal.end() - 1
+        elif text.startswith("${", at):
+            depth += 1
+            at += 1
+        elif depth > 0 and text[at] in "{}":
+            depth += 1 if text[at] == "{" else -1
+        at += 1
+    return at + 1
 
 
 def brought(modules: Modules, parts: Mapping[str, str]) -> str:
@@ -134,7 +206,7 @@ def places(paths: Iterable[str]) -> str:
     return f"const PLACES = {{\n{entries}}};\nexport const placeOf = (path) => PLACES[path]();\n"
 
 
-def _in_order(modules: Modules, entry: str) -> Iterator[str]:
+def _in_order(modules: Modules, entry: str, apart: Collection[str]) -> Iterator[str]:
     """Yield the module and its dependencies, each once, after its own dependencies."""
     seen: set[str] = set()
 
@@ -144,10 +216,10 @@ def _in_order(modules: Modules, entry: str) -> Iterator[str]:
         if path in seen:
             return
         text = modules[path]
-        needed = [found[2] for found in IMPORT.finditer(text)]
-        needed += [found[1] for found in LATER.finditer(text)]
-        for other in needed:
-            yield from visit(_beside(path, other), (*within, path))
+        needed = [_beside(path, found[2]) for found in IMPORT.finditer(text)]
+        later = [_beside(path, found[1]) for found in LATER.finditer(text)]
+        for other in [*needed, *(each for each in later if each not in apart)]:
+            yield from visit(other, (*within, path))
         seen.add(path)
         yield path
 

@@ -29,13 +29,20 @@ INTERNAL = ("attributeChangedCallback", "begun")
 
 TYPES = """\
 /** <bob-view>: see README.md. */
-import type {{ BobView }} from "./component/bob-view.js";
+import {{ BobView as Commented }} from "./component/bob-view.js";
 
-export {{ BobView, type Camera }} from "./component/bob-view.js";
+export {{ type Camera }} from "./component/bob-view.js";
 
 /** The attributes of <bob-view>. */
 export interface BobViewAttributes {{
 {attributes}}}
+
+/** Its properties that reflect attributes. */
+export interface BobViewProperties {{
+{properties}}}
+
+export type BobView = InstanceType<typeof Commented> & BobViewProperties;
+export declare const BobView: {{ new (): BobView }} & typeof Commented;
 
 declare global {{
   interface HTMLElementTagNameMap {{
@@ -89,7 +96,7 @@ def manifest(viewer: Path) -> str:
             {"name": name, "description": description, "type": {"text": "CustomEvent"}}
             for name, description in rows(viewer, "event")
         ],
-        "members": _members(text),
+        "members": _members(text) + _reflected(viewer),
     }
     where = {"name": CLASS, "module": COMPONENT}
     exports = [
@@ -107,7 +114,9 @@ def types(viewer: Path) -> dict[str, str]:
         f'  /** {description} */\n  "{name}"?: {_type(text, name)};\n'
         for name, description in rows(viewer, "attribute")
     )
-    return {"index.d.ts": TYPES.format(name=NAME, attributes=attributes), "react.d.ts": REACT, "vue.d.ts": VUE}
+    properties = "".join(f"  {each['name']}: {each['type']['text']};\n" for each in _reflected(viewer))
+    index = TYPES.format(name=NAME, attributes=attributes, properties=properties)
+    return {"index.d.ts": index, "react.d.ts": REACT, "vue.d.ts": VUE}
 
 
 def rows(viewer: Path, kind: str) -> list[tuple[str, str]]:
@@ -115,6 +124,20 @@ def rows(viewer: Path, kind: str) -> list[tuple[str, str]]:
     text = (viewer / COMPONENT).read_text("utf-8")
     (table,) = [table for found, table in TABLE.findall(text) if found == kind]
     return [(name, description) for names, description in ROW.findall(table) for name in NAMES.findall(names)]
+
+
+def _reflected(viewer: Path) -> list[dict[str, Any]]:
+    """Return the properties that reflect attributes (viewer/component/properties.js), except commented members."""
+    text = (viewer / COMPONENT).read_text("utf-8")
+    own = {member["name"] for member in _members(text) if not member.get("static")}
+    fields = []
+    for attribute, description in rows(viewer, "attribute"):
+        name = re.sub(r"-(.)", lambda found: found[1].upper(), attribute)
+        type_ = "boolean" if _type(text, attribute) == "boolean" else "string | null"
+        field = {"kind": "field", "name": name, "description": description, "type": {"text": type_}}
+        if name not in own:
+            fields.append({**field, "attribute": attribute, "reflects": True})
+    return fields
 
 
 def _type(text: str, attribute: str) -> str:

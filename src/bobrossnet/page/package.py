@@ -16,7 +16,7 @@ from bobrossnet import __version__
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.export import NETWORKS, export
 from bobrossnet.page.files import check_built
-from bobrossnet.page.joining import COMPONENT, PLACES, WORKERS, Modules, joined, places
+from bobrossnet.page.joining import APART, COMPONENT, PLACES, WORKERS, Modules, joined, places
 from bobrossnet.page.manifest import NAME, manifest, rows, types
 from bobrossnet.support.paths import VIEWER
 
@@ -66,7 +66,7 @@ def write_package(folder: Path) -> None:
             **{f"types/{name}": text.encode() for name, text in types(VIEWER).items()},
             "LICENSE": (distribution("bobrossnet").read_text("licenses/LICENSE") or "MIT").encode(),
             "NOTICES.txt": (distribution("bobrossnet").read_text("licenses/vendor/NOTICES.txt") or "").encode(),
-            **{entry: joined(modules, entry).encode() for entry in (COMPONENT, *workers)},
+            **{entry: joined(modules, entry, APART).encode() for entry in (COMPONENT, *APART, *workers)},
             **data,
         },
         folder,

@@ -8,11 +8,11 @@ from math import isqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.camera import Camera, CameraLike, as_camera
-from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
 from bobrossnet.pictures.background import Background, background_rows, picture_of
@@ -25,9 +25,6 @@ from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
 
-SEEN = Layout("mask,color,alpha")
-"""Channels that antialiasing averages."""
-
 MOST_SAMPLES = 64
 
 PATHS_OF_SAMPLE = 4
@@ -38,12 +35,6 @@ MOST_ACROSS = 2**31 - 1
 
 COVERED = 0.75
 """Coverage by lines from which a pixel's edge needs no smoothing: what shows of it is too little."""
-
-EDGE = 1 / 32
-"""Threshold of edges, in the square root of linear light, which is close to sRGB, or in coverage, 0..1.
-
-Smaller differences need no more rays.
-"""
 
 
 def render(
@@ -168,58 +159,22 @@ def _smooth_edges(
     """Replace pixels at edges by the mean of side x side rays. Where 2 x 2 rays agree, their mean suffices.
 
     Pixels that lines cover, given by their coverage, stay as they are.
-
-    The subpixels of a pixel are the pixels of a picture enlarged by the same factor.
     """
-    height, width = alpha.shape
     pixels = _at_edges(color, alpha)
     if lines is not None:
         pixels = pixels[lines[tuple(pixels.T)] < COVERED]
+    tracer = SceneTracer(scene, camera, alpha.shape)
     for times in (2, side) if side > 2 else (2,):
-        if len(pixels) == 0:
-            return
-        tracer = SceneTracer(scene, camera, (height, width), SEEN, division=times)
-        grid = np.argwhere(np.ones((times, times))).astype(np.int32)
-        unsettled = []
+        unsettled = [pixels[:0]]
         for start in range(0, len(pixels), BATCH // times**2):
             piece = pixels[start : start + BATCH // times**2]
-            # First the first ray of each pixel, then the second, ...: numpy reduces fastest along the first axis.
-            rays = np.ascontiguousarray((np.int32(times) * piece + grid[:, None]).reshape(-1, 2))
-            seen = tracer(rays).values[:, 1:].reshape(times**2, len(piece), 4)
             rows, columns = piece.T
-            means = seen.mean(axis=0)
-            color[rows, columns], alpha[rows, columns] = means[:, :3], means[:, 3]
-            seen[..., :3] = np.sqrt(seen[..., :3])
-            unsettled.append(piece[(np.ptp(seen, axis=0).max(axis=-1) > EDGE)])
+            means = tracer.means(piece, times)
+            color[rows, columns], alpha[rows, columns] = means[:, 1:4], means[:, 4]
+            unsettled.append(piece[means[:, 0] > 0])
         pixels = np.concatenate(unsettled)
 
 
 def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[np.int32]:
-    """Return the pixels, (n, 2), far from the mean of their two neighbours in any of the four directions.
-
-    Where shading is linear across neighbours, a pixel's centre shows its mean, and it needs no more rays.
-    """
-    height, width = alpha.shape
-    band = max(1, BATCH // width)  # rows at once, to bound the memory
-    found = [_at_edges_of_rows(color, alpha, top, min(top + band, height)) for top in range(0, height, band)]
-    return np.concatenate(found)
-
-
-def _at_edges_of_rows(
-    color: NDArray[np.float32], alpha: NDArray[np.float32], top: int, bottom: int
-) -> NDArray[np.int32]:
-    """Return the same pixels for the rows from `top` to `bottom`."""
-    rows = np.clip(np.arange(top - 1, bottom + 1), 0, len(alpha) - 1)  # the borders repeat their own row
-    height, width = bottom - top, alpha.shape[1]
-    shown = np.empty((4, height + 2, width + 2), np.float32)
-    shown[:3, :, 1:-1], shown[3, :, 1:-1] = np.sqrt(color[rows]).transpose(2, 0, 1), alpha[rows]
-    shown[:, :, [0, -1]] = shown[:, :, [1, -2]]
-    bent = np.zeros((height, width), np.float32)
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        behind = shown[:, 1 - down : 1 - down + height, 1 - right : 1 - right + width]
-        before = shown[:, 1 + down : 1 + down + height, 1 + right : 1 + right + width]
-        from_mean = behind + before
-        from_mean -= 2 * shown[:, 1:-1, 1:-1]
-        for plane in np.abs(from_mean, out=from_mean):
-            np.maximum(bent, plane, out=bent)
-    return np.argwhere(bent > EDGE).astype(np.int32) + np.array((top, 0), np.int32)
+    """Return the pixels, (n, 2), far from the mean of their two neighbours in any of the four directions."""
+    return _core.pixels_at_edges(np.ascontiguousarray(color), np.ascontiguousarray(alpha))

@@ -17,7 +17,7 @@ from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
-from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
+from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import LIT, LitTracer, lit_tracer
 from bobrossnet.tracing.scene import SceneLike, as_scene
@@ -43,19 +43,13 @@ class SceneTracer:
     size : (height, width) or "WIDTHxHEIGHT"
     layout : Layout, optional
         Channels of the samples; by default with colours if the scene has any.
-    division : int above 0
-        Subpixels of the tracer along each side of a pixel.
     """
 
-    def __init__(
-        self, scene: SceneLike, camera: CameraLike, size: SizeLike, layout: Layout | None = None, division: int = 1
-    ) -> None:
+    def __init__(self, scene: SceneLike, camera: CameraLike, size: SizeLike, layout: Layout | None = None) -> None:
         camera = check_camera(camera)
         if layout is not None and not isinstance(layout, Layout):
             raise InputTypeError(f"layout: expected a Layout, got {type(layout).__name__}")
-        check_integer("division", division, 1, 8)
-        height, width = check_size(size)
-        self.size = division * height, division * width
+        self.size = check_size(size)
         self.camera = camera
         self.scene = as_scene(scene)
         self.layout = layout or (COLORED if self.scene.is_colored else TRACED)
@@ -84,6 +78,13 @@ class SceneTracer:
         except ValueError as error:
             raise InputError(str(error)) from None
         return Samples.from_values(values, self.layout)
+
+    def means(self, pixels: NDArray[np.int32], side: int) -> NDArray[np.float32]:
+        """Return means over side x side rays in each pixel, (n, 5): linear RGB and coverage after 1 or 0.
+
+        The first is 1 where the rays differ enough to need more.
+        """
+        return self._core.trace_means(self.camera_in_core, *self.size, check_pixels(pixels), side)
 
     def picture(self, order: str, seed: int = 0, layout: Layout | None = None) -> _core.PictureTracing:
         """Return the core's loop over the pixels of an order."""

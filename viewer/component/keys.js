@@ -1,0 +1,50 @@
+// @ts-check
+/** Keys that move the camera; numbers show the sides, as in FreeCAD. */
+import { HOME, PERSPECTIVE } from "../picture/camera.js";
+import { VIEWS, VIEW_NAMES } from "./views.js";
+
+/** @typedef {import("../picture/camera.js").Camera} Camera */
+
+const DEGREES = 5;
+const PAN = 0.1; // of half the shorter side
+const ZOOM = 1.15;
+
+/** For screen readers. */
+export const KEYS = "Arrows: turn. Shift and arrows: pan. + and -: zoom. [ and ]: roll. F: fit. "
+  + `${VIEW_NAMES.map((name, i) => `${i + 1}: ${name}`).join(", ")}. P: perspective. Home: reset. Enter: pick the centre. Escape: leave.`;
+
+/** The first view, with the same field of view. @param {Camera} camera */
+export const home = ({ fov }) => ({ ...HOME, fov });
+
+/**
+ * @param {HTMLElement} element of the picture
+ * @param {import("./motion.js").Motion} motion
+ * @param {() => Camera} camera the current camera
+ * @param {{fit: () => void, home: () => void, pick: () => void}} actions pick: the surface in the centre
+ * @param {AbortSignal} signal removes the handlers
+ */
+export function listenToKeys(element, motion, camera, actions, signal) {
+  element.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { azimuth, elevation, roll, fov } = camera(), pan = PAN * Math.min(element.clientHeight, element.clientWidth) / 2;
+    const goTo = (/** @type {Partial<Camera>} */ view) => motion.goTo(view, "user-interaction");
+    /** @type {Record<string, () => void>} */
+    const does = event.shiftKey ? {
+      ArrowLeft: () => motion.pan(pan, 0), ArrowRight: () => motion.pan(-pan, 0), ArrowDown: () => motion.pan(0, -pan), ArrowUp: () => motion.pan(0, pan),
+    } : {
+      ArrowLeft: () => motion.turnTo({ azimuth: azimuth - DEGREES }), ArrowRight: () => motion.turnTo({ azimuth: azimuth + DEGREES }),
+      ArrowDown: () => motion.turnTo({ elevation: elevation - DEGREES }), ArrowUp: () => motion.turnTo({ elevation: elevation + DEGREES }),
+      "[": () => motion.turnTo({ roll: roll - DEGREES }), "]": () => motion.turnTo({ roll: roll + DEGREES }),
+      Home: actions.home, 0: actions.home, f: actions.fit, Enter: actions.pick, Escape: () => element.blur(),
+      ...Object.fromEntries(VIEW_NAMES.map((name, i) => [i + 1, () => goTo(VIEWS[name])])),
+    };
+    const zoomIn = () => motion.zoom(ZOOM), zoomOut = () => motion.zoom(1 / ZOOM);
+    Object.assign(does, {
+      "+": zoomIn, "=": zoomIn, "-": zoomOut, PageUp: zoomIn, PageDown: zoomOut, p: () => motion.change({ fov: fov ? 0 : PERSPECTIVE }),
+    });
+    if (!Object.hasOwn(does, event.key)) return;
+    event.preventDefault();
+    motion.stop();
+    does[event.key]();
+  }, { signal });
+}
