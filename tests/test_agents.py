@@ -87,6 +87,24 @@ def test_looking_at_files_and_scripts(calls):
     assert all((picture != 255).any() for picture in (sheet, view, script))
 
 
+def test_cutting_and_highlighting(calls):
+    seen = {"file": "plate.stl", "views": ["right"], "size": "320x240", "edges": False}
+    whole, cut, picked, red, wrong, nobody = calls(
+        ("look", seen),
+        ("look", {**seen, "section": ["x=1.5"]}),
+        ("pick", {"row": 120, "column": 230}),
+        ("look", {**seen, "highlight": ["plate.stl"]}),
+        ("look", {**seen, "section": ["sideways"]}),
+        ("look", {**seen, "highlight": ["nobody"]}),
+    )
+    assert (whole != cut).any()
+    assert picked["hit"]["point"][0] == pytest.approx(1.5, abs=1e-3)
+    assert np.ptp(whole.astype(int), axis=-1).max() < 10
+    assert np.ptp(red.astype(int), axis=-1).max() > 60
+    assert "section: expected an axis" in wrong
+    assert "nobody" in nobody
+
+
 def test_picking_and_measuring(calls):
     height, width = 240, 320
     _, edge, hole, across, background = calls(

@@ -69,18 +69,25 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         size: str = "1024x768",
         up: str = "z",
         unit: str = "",
+        section: list[str] = [],  # noqa: B006
+        highlight: list[str] = [],  # noqa: B006
+        edges: bool = True,
     ) -> Image:
         """Draw a shape. Several views make a sheet to one scale with dimensions; a single one fills the picture, and
-        its pixels can be picked. Views: front, back, right, left, top, bottom, isometric."""
+        its pixels can be picked. Views: front, back, right, left, top, bottom, isometric. Sections such as x=0 or z>3
+        cut the shape open; parts to highlight have the names that describe lists."""
         scene, _ = space.scene(file, script, up)
+        if highlight:
+            scene = scene.highlight(*highlight)
+        scene = scene.sectioned(section or None)
         height, width = check_size(size)
         if max(height, width) > MAX_SIDE:
             raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
         if len(views) != 1:
-            return _image(drawn_sheet(scene, views, size=(height, width), unit=unit).rgba)
+            return _image(drawn_sheet(scene, views, size=(height, width), unit=unit, edges=edges).rgba)
         azimuth, elevation = VIEWS[check_choice("views", views[0], tuple(VIEWS))]
-        camera = fitted(scene, Camera(azimuth, elevation), size=(height, width))
-        picture = render(scene, camera, size=(height, width), background="#ffffff")
+        camera = fitted(scene.sectioned(None), Camera(azimuth, elevation), size=(height, width))
+        picture = render(scene, camera, size=(height, width), background="#ffffff", edges=edges)
         space.last = Look(scene, camera, (height, width))
         return _image(picture.rgba)
 
