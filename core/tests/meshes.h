@@ -58,9 +58,9 @@ inline TriangleMesh sphere(int levels, float radius) {
 /// A mesh for rays in the coordinates of these vertices.
 inline std::shared_ptr<bob::Mesh> prepared(std::span<const bob::Vec3> vertices, std::span<const bob::Triangle> triangles,
                                            std::span<const bob::Vec3> normals = {}) {
-    std::vector<bob::Mesh::Point> points;
-    for (const bob::Vec3 v : vertices) points.push_back({v.x, v.y, v.z});
-    const auto mesh = std::make_shared<bob::Mesh>(bob::Mesh::Arrays{points, triangles, normals, nullptr}, bob::Sphere{});
+    const auto points = std::make_shared<std::vector<bob::Mesh::Point>>();
+    for (const bob::Vec3 v : vertices) points->push_back({v.x, v.y, v.z});
+    const auto mesh = std::make_shared<bob::Mesh>(bob::Mesh::Arrays{*points, triangles, normals, points}, bob::Sphere{});
     mesh->prepare();
     return mesh;
 }
