@@ -124,7 +124,7 @@ def page(shared):
 
 
 def expected(scene, camera=None):
-    seen = bob.trace(scene, camera, size=(HEIGHT, WIDTH))
+    seen = bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH))
     return color_to_8_bit(seen.color if "color" in seen.channels else seen.gray)
 
 
