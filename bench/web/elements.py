@@ -25,9 +25,9 @@ from bobrossnet.page.files import page_files
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parents[1] / "tests")]
 
-from browser import launch, serving  # noqa: E402
-from measure import PACKAGES, fetch_packages  # noqa: E402
+from browser import launch, serving  # type: ignore[import-not-found]  # noqa: E402
 from report import MODELS, heading, table  # noqa: E402
+from rivals import PACKAGES, fetch_packages  # noqa: E402
 
 FILES = (
     "loader_originals/glb_material/Duck.glb",
@@ -129,7 +129,7 @@ def main() -> None:
             if path.suffix == ".glb":
                 shutil.copy(path, folder)
             else:
-                bob.load(path).instances[0].shape.save(folder / names[-1])
+                bob.load_mesh(path).save(folder / names[-1])
         rows = []
         for count in arguments.counts:
             width, height = (256, 192) if count <= 20 else (128, 96)
