@@ -127,7 +127,7 @@ def pixels(page):
 
 
 def expected(scene, camera=None):
-    return color_to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
+    return color_to_8_bit(bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH)).gray)
 
 
 def assert_shows(page, gray):
@@ -209,7 +209,7 @@ def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, rat
     found = exact(page)
     width, height = (ratio * each for each in size)
     assert found.shape == (height, width, 4)
-    wanted = color_to_8_bit(bob.trace(bob.load(folder / "wedge.glb"), size=(height, width)).gray)
+    wanted = color_to_8_bit(bob.trace(bob.load(folder / "wedge.glb"), bob.Camera(), size=(height, width)).gray)
     assert (np.abs(found[..., 0].astype(int) - wanted) > 1).mean() < 0.002
     states = page.evaluate("() => states")
     assert states[-1]["exact"]
@@ -218,7 +218,7 @@ def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, rat
     view = "document.querySelector('bob-view')"
     page.evaluate(f"() => {{ states.length = 0; {view}.setAttribute('samples', '4'); return {view}.converged(); }}")
     assert [state["isSmoothed"] for state in page.evaluate("() => states") if state["final"]] == [True]
-    smoothed = bob.render(bob.load(folder / "wedge.glb"), size=(height, width), background="#000").rgba
+    smoothed = bob.render(bob.load(folder / "wedge.glb"), bob.Camera(), size=(height, width), background="#000").rgba
     assert (np.abs(pixels(page)[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() < 0.0002
     assert (np.abs(found[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() > 0.0005
 

@@ -124,7 +124,7 @@ def page(shared):
 
 
 def expected(scene, camera=None):
-    seen = bob.trace(scene, camera, size=(HEIGHT, WIDTH))
+    seen = bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH))
     return color_to_8_bit(seen.color if "color" in seen.channels else seen.gray)
 
 
@@ -296,7 +296,7 @@ def test_factors_of_gltf_are_linear_light(page, tmp_path):
     page.tab.set_input_files("#file", file)
     page.opened()
     assert page.text("#message") == ""
-    color = bob.trace(scene, size=(HEIGHT, WIDTH)).color
+    color = bob.trace(scene, bob.Camera(), size=(HEIGHT, WIDTH)).color
     wanted = color_to_8_bit(color).astype(int)
     assert (np.abs(page.exact().astype(int) - wanted).max(axis=-1) > 1).mean() < 0.002
     assert np.abs(255 * color - wanted)[wanted.any(axis=-1)].mean() > 20  # otherwise it would be a different picture
@@ -314,7 +314,7 @@ def test_files_are_opened_together_with_their_textures(page, tmp_path):
     assert page.text("#message") == ""
     scene = bob.load(tmp_path / "square.obj")
     for upright in (scene, scene.turned_upright()):
-        wanted = color_to_8_bit(bob.trace(upright, size=(HEIGHT, WIDTH)).color)
+        wanted = color_to_8_bit(bob.trace(upright, bob.Camera(), size=(HEIGHT, WIDTH)).color)
         assert np.ptp(wanted.astype(int), axis=-1).max() > 100
         page.wait_until(lambda wanted=wanted: np.abs(page.exact().astype(int) - wanted).max(axis=-1).mean() < 0.1)
         page.tab.check("#y-up")
