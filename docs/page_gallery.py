@@ -32,8 +32,8 @@ SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"
 def write(folder: Path) -> None:
     """Write the gallery's scenes and its table of contents."""
     index = [
-        {"file": "happy_tree.bob", "title": "happy tree", "kind": "mesh"},
         *({"file": f"{name}.sdf", "title": title, "kind": "script"} for name, title in SCRIPTS.items()),
+        {"file": "happy_tree.bob", "title": "happy tree", "kind": "mesh"},
     ]
     for kind, names, codes, helpers in (
         ("implicit", IMPLICITS, FORMULAS, ""),

@@ -7,6 +7,7 @@ import pytest
 from loaded import area
 
 import bobrossnet as bob
+from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.color import from_srgb
 from bobrossnet.support.errors import InputError
 
@@ -106,7 +107,8 @@ def read(browser, viewer):
     page.goto(viewer.url + "gallery/index.json")
 
     def read(name):
-        beside = [file.relative_to(CASES).as_posix() for file in (CASES / name).parent.iterdir()]
+        files = [file for file in (CASES / name).parent.iterdir() if file.suffix.lower() not in ALL_ENDINGS]
+        beside = [file.relative_to(CASES).as_posix() for file in files]  # other models would join the scene
         return page.evaluate(FILES, [name, beside])
 
     yield read

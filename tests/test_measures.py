@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from models import MODELS
+from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet import sdf
@@ -259,6 +259,7 @@ def _cube(side):
     return points, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
 
 
+@needs_models
 @pytest.mark.parametrize("name", ["loader_originals/obj_quads/horse_quad.obj", "scans/stanford_bunny.ply"])
 def test_meshes_are_those_of_trimesh(name):
     trimesh = pytest.importorskip("trimesh")

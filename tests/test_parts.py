@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from models import MODELS
+from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet import sdf
@@ -66,6 +66,7 @@ def test_materials_share_the_names_of_an_obj(tmp_path):
     assert scene.part("lid").color == (1, 0, 0)
 
 
+@needs_models
 def test_nodes_of_a_gltf_are_parts():
     scene = bob.load(MODELS / "loader_originals/glb_nested/nested.glb")
     assert paths(scene) == ["block01", "block01/block02", "block01/block02/block03"]
@@ -78,6 +79,7 @@ def test_nodes_of_a_gltf_are_parts():
     assert np.allclose(first.extent.size, second.extent.size)
 
 
+@needs_models
 def test_objects_of_a_3mf_are_parts():
     scene = bob.load(MODELS / "loader_originals/3mf/counterXP.3MF")
     assert scene.unit == "mm"
@@ -88,6 +90,7 @@ def test_objects_of_a_3mf_are_parts():
     assert all(abs(part.extent.size[2] - 25.4) < 1e-4 for part in screws)
 
 
+@needs_models
 def test_layers_of_rhino_are_parts():
     pytest.importorskip("rhino3dm")
     scene = bob.load(MODELS / "nurbs/lightbulb.3dm")

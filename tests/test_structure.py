@@ -48,9 +48,9 @@ PAGE = {
     "tracing": {"core", "picture", "shapes"},
     "completion": {"core", "files", "picture"},
     "files": {"core", "shapes", "tracing"},
-    "workers": {"core", "picture", "tracing", "completion", "files"},
-    "component": {"core", "picture", "tracing", "workers"},
-    "interface": {"component", "core", "picture"},
+    "workers": {"core", "picture", "shapes", "tracing", "completion", "files"},
+    "component": {"core", "picture", "shapes", "tracing", "workers"},
+    "interface": {"component", "core", "picture", "shapes"},
 }
 
 

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from models import MODELS
+from models import MODELS, needs_models
 
 import bobrossnet as bob
 
@@ -71,6 +71,7 @@ def test_the_tower_is_at_the_front_right():
     assert columns.min() > gray.shape[1] / 2
 
 
+@needs_models
 def test_default_cameras_stand_at_the_front(tmp_path):
     scene = bob.load(DUCK)
     assert scene.has_front
@@ -99,6 +100,7 @@ def test_an_axis_becomes_up(up):
     assert scene.has_front == (up == "y")
 
 
+@needs_models
 def test_what_lies_is_stood_up():
     with pytest.warns(
         bob.InputWarning, match=r"^stanford_bunny\.ply: seems to lie on its back, so its y is taken as up"
@@ -113,6 +115,7 @@ def test_what_lies_is_stood_up():
     assert np.allclose(bob.load(DUCK, up="auto").extent.size, bob.load(DUCK).extent.size)
 
 
+@needs_models
 def test_files_together_are_turned_together(tmp_path):
     bob.load_mesh(BUNNY).save(tmp_path / "bunny.stl")
     with pytest.warns(bob.InputWarning, match=r"bunny\.stl and others: seems to lie"):
@@ -127,6 +130,7 @@ def command(*arguments):
     return done.returncode, done.stdout, done.stderr
 
 
+@needs_models
 def test_the_command_line_stands_shapes_up_and_says_so(tmp_path):
     out = tmp_path / "a.png"
     status, told, warned = command("render", BUNNY, "--size", "80x60", "--json", "-o", out)
@@ -146,11 +150,13 @@ def test_the_command_line_stands_shapes_up_and_says_so(tmp_path):
     assert warned == "bobrossnet: error: --view: expected no --azimuth beside it\n"
 
 
+@needs_models
 def test_conversions_keep_the_axes(tmp_path):
     assert command("mesh", BUNNY, "-o", tmp_path / "a.stl")[0] == 0
     assert np.allclose(bob.load(tmp_path / "a.stl").extent.size, bob.load(BUNNY).extent.size)
 
 
+@needs_models
 def test_thumbnails_stand_up(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in/bunny.ply").write_bytes(BUNNY.read_bytes())

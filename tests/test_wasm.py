@@ -310,7 +310,6 @@ def test_frames_are_planned_as_in_python(core):
             ours.reprojected(640 * 480, 0.004)
             core.call("planner_reprojected", theirs, 640.0 * 480, 0.004)
     assert seen == set(modes)
-    assert core.call("frame_completing", theirs, 0) == ours.for_completing("filling")
     core.call("free_planner", theirs)
 
 

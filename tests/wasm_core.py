@@ -226,7 +226,7 @@ class WasmCore:
             self.call("free_meshes", meshes)
         return self.made("make_implicit", formula, bounds)
 
-    def brep(self, faces, tolerance, colors=None):
+    def brep(self, faces, tolerance, colors=None, _numbers=None):
         table, loops, trims = [], [], []
         points, knots, trim_points, trim_knots = [], [], [], []
         for control_points, knots_u, knots_v, of_face in faces:

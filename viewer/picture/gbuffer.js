@@ -3,6 +3,7 @@
 import { COLORED, GBUFFER, placeOf, widthOf } from "./channels.js";
 
 /**
+ * @typedef {{begin: number, end: number, planes: Float32Array}} Strip rows, (C, end - begin, width) of the displayed layout
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("./channels.js").Layout} Layout
  */
@@ -93,7 +94,7 @@ export class GBuffer {
     this.traced = other.traced;
   }
 
-  /** Adds rows that were not traced before. @param {import("../workers/tracer.js").Strip} strip */
+  /** Adds rows that were not traced before. @param {Strip} strip */
   setRows({ begin, end, planes }) {
     const size = (end - begin) * this.width;
     for (let c = 0; c < widthOf(this.layout); ++c) {

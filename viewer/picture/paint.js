@@ -164,7 +164,7 @@ export function enlargedGray(picture, height, width) {
 /**
  * Paints traced rows.
  *
- * @param {import("../workers/tracer.js").Strip} strip @param {boolean} isColored
+ * @param {import("./gbuffer.js").Strip} strip @param {boolean} isColored
  * @param {{isTransparent: boolean, exposure?: number}} look as in `paint`
  * @param {ImageData} painted
  */

@@ -28,7 +28,7 @@
  *   samples (n, C), from Scene.trace; expected: with the first batch of a view, reprojected samples overwritten by
  *   traced ones, (C, height, width) of the displayed channels; null if there are no reprojected samples. The array is
  *   returned
- * @typedef {{begin: number, end: number, planes: Float32Array}} Strip rows, (C, end - begin, width) of the displayed layout
+ * @typedef {import("../picture/gbuffer.js").Strip} Strip
  * @typedef {{kind: "rows", batch: Batch, isColored: boolean, strips: Strip[]}} Strips the same in the phase "rows"
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
  *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
@@ -70,7 +70,7 @@ import { COLORED } from "../picture/channels.js";
 import { History } from "../picture/history.js";
 import { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder } from "../picture/order.js";
 import { FramePlanner } from "../picture/planner.js";
-import { Rows } from "../picture/rows.js";
+import { Rows } from "../tracing/rows.js";
 import { buildScene } from "../tracing/scene.js";
 
 const SLICE_MS = 5;

@@ -1,6 +1,6 @@
 // @ts-check
 /** The rows of a picture, all traced, from top to bottom, and its pixels at edges. */
-import { tracedLayout, widthOf } from "./channels.js";
+import { tracedLayout, widthOf } from "../picture/channels.js";
 
 const BEFORE = 2; // rows kept: whether the last row has edges depends on the next one
 
@@ -16,7 +16,7 @@ export class Rows {
   /** The last rows, (C, BEFORE, width). @type {Float32Array} */
   #last;
 
-  /** @param {import("../tracing/scene.js").Scene} scene @param {import("./camera.js").Size} size */
+  /** @param {import("./scene.js").Scene} scene @param {import("../picture/camera.js").Size} size */
   constructor(scene, size) {
     this.#scene = scene;
     this.#size = size;
@@ -28,7 +28,7 @@ export class Rows {
    * Adds the next rows.
    *
    * @param {number} end the row after them
-   * @param {import("./camera.js").Camera} camera
+   * @param {import("../picture/camera.js").Camera} camera
    * @param {Float32Array} [traced] (C, rows, width) of the traced layout, if another tracer has traced them
    * @param {number} [whole] address of the picture's planes, (C, height, width) of the traced layout, which get the rows, too
    * @returns {Float32Array} (C, rows, width) of the displayed layout
