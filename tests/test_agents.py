@@ -6,6 +6,7 @@ import io
 import json
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -47,9 +48,15 @@ def calls(folder):
             async with Client(server([folder])) as client:
                 return [await client.call_tool(name, settings) for name, settings in wanted]
 
-        return [contents(result) for result in asyncio.run(session())]
+        return [contents(result) for result in finished(session())]
 
     return run
+
+
+def finished(coroutine):
+    """Run it in a thread of its own: browsers of other tests keep a loop in this one."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, coroutine).result()
 
 
 def contents(result):
@@ -70,7 +77,7 @@ def test_tools_are_listed(folder):
         async with Client(server([folder])) as client:
             return {tool.name: tool.description for tool in (await client.list_tools()).tools}
 
-    tools = asyncio.run(session())
+    tools = finished(session())
     assert set(tools) == {"look", "describe", "pick", "measure", "compare", "mesh"}
     assert all(len(text) > 40 for text in tools.values())
 
@@ -234,5 +241,5 @@ def test_the_command_speaks_the_protocol(folder):
         async with Client(stdio_client(command)) as client:
             return await client.call_tool("describe", {"file": "plate.stl"})
 
-    told = contents(asyncio.run(session()))
+    told = contents(finished(session()))
     assert told["size"] == [6, 4, 1]

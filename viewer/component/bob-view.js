@@ -375,12 +375,12 @@ class BobViewElement extends Parent {
    * The surface at a place of the window, such as an event's clientX and clientY.
    *
    * @param {number} clientX @param {number} clientY
-   * @returns {Promise<import("../picture/picking.js").Picked | null>} null if there is none
+   * @returns {Promise<import("../tracing/picking.js").Picked | null>} null if there is none
    */
   async pick(clientX, clientY) {
     const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
-    const { picked } = await import("../picture/picking.js");
+    const { picked } = await import("../tracing/picking.js");
     return picked(place, pictureBox, camera, (...places) => this.#probe(...places));
   }
 

@@ -33,7 +33,7 @@ APART = (
     "component/saying.js",
     "component/spots.js",
     "picture/fitting.js",
-    "picture/picking.js",
+    "tracing/picking.js",
 )
 """Modules that the element imports where they are wanted; in a page of a single file, they are part of it."""
 

@@ -1,15 +1,15 @@
 // @ts-check
 /** The surface at a place of a picture. */
-import { projection } from "./projection.js";
+import { projection } from "../picture/projection.js";
 
 /**
- * @typedef {{point: number[], normal: number[], instance: number, part: string | null, inSphere: import("./projection.js").Vector}} Picked
+ * @typedef {{point: number[], normal: number[], instance: number, part: string | null, inSphere: import("../picture/projection.js").Vector}} Picked
  *   point: in the scene's coordinates; normal: of unit length; instance: its index; part: its name in the file;
  *   inSphere: the point in radii from the centre
  *
  * @param {{x: number, y: number}} place in pixels from the upper left corner
- * @param {import("./camera.js").Size} size @param {import("./camera.js").Camera} camera
- * @param {(places: number[], size: import("./camera.js").Size, camera: import("./camera.js").Camera) => Promise<import("../tracing/scene.js").Probe | null>} probe
+ * @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
+ * @param {(places: number[], size: import("../picture/camera.js").Size, camera: import("../picture/camera.js").Camera) => Promise<import("./scene.js").Probe | null>} probe
  * @returns {Promise<Picked | null>} null if there is none
  */
 export async function picked({ x, y }, size, camera, probe) {
