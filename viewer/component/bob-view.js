@@ -551,7 +551,7 @@ class BobViewElement extends Parent {
 
   /** @param {Source} source */
   async #goToFit(source) {
-    const { fitted } = await import("../picture/fitting.js");
+    const { fitted } = await import("../tracing/fitting.js");
     const camera = await fitted(this.camera, this.pictureBox, (...places) => this.#probe(...places));
     this.#motion.pivot = null;
     await this.#motion.goTo(camera, source);

@@ -32,7 +32,7 @@ APART = (
     "component/orientation.js",
     "component/saying.js",
     "component/spots.js",
-    "picture/fitting.js",
+    "tracing/fitting.js",
     "tracing/picking.js",
 )
 """Modules that the element imports where they are wanted; in a page of a single file, they are part of it."""

@@ -1,8 +1,8 @@
 // @ts-check
 /** Cameras fitted to a scene, as bobrossnet.pictures.fitting: the silhouette fills the picture. */
-import { panned, projection } from "./projection.js";
+import { panned, projection } from "../picture/projection.js";
 
-/** @typedef {import("./camera.js").Camera} Camera @typedef {import("./camera.js").Size} Size */
+/** @typedef {import("../picture/camera.js").Camera} Camera @typedef {import("../picture/camera.js").Size} Size */
 
 const MARGIN = 0.05; // at each border, as a share of the picture
 const LOOKS = 2; // one of the whole sphere, and one of the silhouette alone
@@ -11,7 +11,7 @@ const STEPS = 4; // in perspective, where near points move more than far ones
 
 /**
  * @param {Camera} camera @param {Size} size of the picture
- * @param {(places: Float32Array, size: Size, camera: Camera) => Promise<import("../tracing/scene.js").Probe | null>} probe
+ * @param {(places: Float32Array, size: Size, camera: Camera) => Promise<import("./scene.js").Probe | null>} probe
  * @returns {Promise<Camera>} in the same direction; of zoom 1 if nothing is hit
  */
 export async function fitted(camera, { height, width }, probe) {
