@@ -163,9 +163,12 @@ def test_memory_of_a_large_scene_is_given_back(shown):
 
 def test_converged_of_a_removed_element_is_rejected(shown):
     page = shown(elements(1))
-    reason = page.evaluate(
-        "() => { v0.camera = { azimuth: 77 }; const end = v0.converged(); v0.remove(); return end.catch(({ message }) => message); }"
-    )
+    reason = page.evaluate("""() => {
+      v0.camera = { azimuth: 77 };
+      const end = v0.converged();
+      v0.remove();
+      return end.catch(({ message }) => message);
+    }""")
     assert reason == "converged: expected an element in a document, got one that was removed"
     again = page.evaluate("""() => document.createElement("bob-view").converged().catch(({ message }) => message)""")
     assert again == reason
