@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from nurbs_shapes import cylinder, torus
+from nurbs_shapes import cylinder, sphere, torus
 from PIL import Image
 
 import bobrossnet as bob
@@ -317,3 +317,14 @@ def test_pictures_of_one_pixel_and_cameras_inside():
     drawing = bob.draw(CUBES["mesh"], inside, size=SIZE, edges=bob.Edges(hidden=True))
     assert length(drawing.visible) > 300
     assert drawing.hidden == ()
+
+
+@pytest.mark.parametrize("kind", ["brep", "mesh", "formula"])
+def test_caps_of_sections_have_outlines(kind):
+    """Also where a cap meets its part at less than a crease: the plane cuts the top off a ball."""
+    ball = sdf.sphere(1)
+    shape = {"brep": sphere(), "mesh": ball.mesh(0.1), "formula": ball}[kind]
+    scene = bob.Scene(shape, section="z=0.97")
+    drawn = bob.draw(scene, bob.Camera(elevation=90), size=(96, 96))
+    radii = [np.linalg.norm(curve - 47.5, axis=1).max() / 48 for curve in drawn.visible]
+    assert min(radii) == pytest.approx(np.sqrt(1 - 0.97**2), abs=0.06)

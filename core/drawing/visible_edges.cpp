@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <unordered_map>
 #include <unordered_set>
@@ -117,8 +116,9 @@ private:
                 const Vec3 point = rays[j].origin + hits[j].t * rays[j].direction;
                 const float along = std::abs(dot(flat[j], normalized(rays[j].direction)));
                 const float step = least_step * projection_.pixel_width(projection_.depth(point)) * along + hit_error;
-                looks[number[j]] = {point, normals[j], flat[j], step, hits[j].instance,
-                                    scene_[hits[j].instance].shape->face(hits[j].in_shape)};
+                const Hit& hit = hits[j].in_shape;  // a cap is a face of its own
+                const std::uint32_t face = is_cap(hit.primitive) ? hit.primitive : scene_[hits[j].instance].shape->face(hit);
+                looks[number[j]] = {point, normals[j], flat[j], step, hits[j].instance, face};
             }
         });
     }
@@ -248,8 +248,7 @@ private:
                     spots.push_back(p);
                 }
             }
-            looks_.reserve(spots.size() + spots.size() / 4);
-        trace(spots);
+            trace(spots);
             for (std::size_t n = begin; n < end; ++n) {
                 const Spot cell = sharp_cells_[n];
                 for_halves(cell, [&](Spot a, Spot b, bool on_border) {
