@@ -5,18 +5,19 @@
 #include <vector>
 
 #include "base/interruption.h"
+#include "base/vec3d.h"
 #include "nurbs/loop_pieces.h"
 
 namespace bob {
 namespace {
 
 constexpr int border_samples = 16, inside_samples = 6;  // of a piece of a border, and of a span along either parameter
-constexpr int halvings = 60, newton_steps = 16;
+constexpr int golden_steps = 60, newton_steps = 16;
 
 /// The height of a surface along a direction.
 class Height {
 public:
-    Height(const NurbsSurface& surface, const std::array<double, 3>& direction) : surface_(surface), direction_(direction) {
+    Height(const NurbsSurface& surface, const Vec3d& direction) : surface_(surface), direction_(direction) {
         knots_u = distinct_knots(surface.degree_u, surface.knots_u), knots_v = distinct_knots(surface.degree_v, surface.knots_v);
     }
 
@@ -43,18 +44,19 @@ public:
     }
 
 private:
-    [[nodiscard]] double dot(const std::array<double, 3>& x) const { return x[0] * direction_[0] + x[1] * direction_[1] + x[2] * direction_[2]; }
+    [[nodiscard]] double dot(const Vec3d& x) const { return bob::dot(x, direction_); }
 
     const NurbsSurface& surface_;
-    std::array<double, 3> direction_;
+    Vec3d direction_;
 };
 
-/// The largest value of f between two parameters around its largest sample, by thirds.
+/// The largest value of f between two parameters around its largest sample: golden-section search.
 template <class F>
 double largest(const F& f, double a, double b) {
-    for (int i = 0; i < halvings; ++i) {
+    for (int i = 0; i < golden_steps; ++i) {
         const double c = std::lerp(a, b, 0.382), d = std::lerp(a, b, 0.618);
-        (f(c) < f(d) ? a : b) = f(c) < f(d) ? c : d;
+        const bool rises = f(c) < f(d);
+        (rises ? a : b) = rises ? c : d;
     }
     return f((a + b) / 2);
 }
@@ -110,25 +112,22 @@ double highest_inside(const Height& height, const TrimRegion& region, double bes
 }  // namespace
 
 std::array<double, 2> extremes(const NurbsSurface& surface, std::span<const TrimLoop> loops, const std::array<double, 3>& direction) {
-    std::array<double, 2> result;
-    for (const double sign : {-1.0, 1.0}) {
-        const Height height(surface, {sign * direction[0], sign * direction[1], sign * direction[2]});
-        const double low_u = height.knots_u.front(), high_u = height.knots_u.back(), low_v = height.knots_v.front(), high_v = height.knots_v.back();
-        std::vector<Piece> pieces;
-        for (const TrimLoop& loop : loops) std::ranges::move(pieces_of(loop), std::back_inserter(pieces));
-        if (loops.empty()) {
-            // Of each span, so that no extreme is between samples.
-            for (const double v : {low_v, high_v}) {
-                for (std::size_t i = 0; i + 1 < height.knots_u.size(); ++i) pieces.push_back({0, 1, {{height.knots_u[i], v, 1}, {height.knots_u[i + 1], v, 1}}});
-            }
-            for (const double u : {low_u, high_u}) {
-                for (std::size_t i = 0; i + 1 < height.knots_v.size(); ++i) pieces.push_back({0, 1, {{u, height.knots_v[i], 1}, {u, height.knots_v[i + 1], 1}}});
-            }
+    const Height up(surface, direction), down(surface, -1.0 * direction);
+    const auto &u = up.knots_u, &v = up.knots_v;
+    std::vector<Piece> pieces;
+    for (const TrimLoop& loop : loops) std::ranges::move(pieces_of(loop), std::back_inserter(pieces));
+    if (loops.empty()) {
+        // Of each span, so that no extreme is between samples.
+        for (const double at_v : {v.front(), v.back()}) {
+            for (std::size_t i = 0; i + 1 < u.size(); ++i) pieces.push_back({0, 1, {{u[i], at_v, 1}, {u[i + 1], at_v, 1}}});
         }
-        const TrimRegion region(loops, {low_u, high_u, low_v, high_v});
-        result[sign > 0] = sign * highest_inside(height, region, highest_of_border(height, pieces));
+        for (const double at_u : {u.front(), u.back()}) {
+            for (std::size_t i = 0; i + 1 < v.size(); ++i) pieces.push_back({0, 1, {{at_u, v[i], 1}, {at_u, v[i + 1], 1}}});
+        }
     }
-    return result;
+    const TrimRegion region(loops, {u.front(), u.back(), v.front(), v.back()});
+    const auto highest = [&](const Height& height) { return highest_inside(height, region, highest_of_border(height, pieces)); };
+    return {-highest(down), highest(up)};
 }
 
 }  // namespace bob

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/interruption.h"
+#include "base/vec3d.h"
 #include "nurbs/loop_pieces.h"
 
 namespace bob {
@@ -60,13 +61,13 @@ constexpr int inner_depth = 10, outer_depth = 16;
 class Lines {
 public:
     explicit Lines(const NurbsSurface& surface) : surface_(surface) {
-        low_ = high_ = euclidean(surface.control_points.front());
+        Vec3d low = euclidean(surface.control_points.front()), high = low;
         for (const auto& point : surface.control_points) {
             const auto at = euclidean(point);
-            for (std::size_t i = 0; i < 3; ++i) low_[i] = std::min(low_[i], at[i]), high_[i] = std::max(high_[i], at[i]);
+            for (std::size_t i = 0; i < 3; ++i) low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
         }
         double size = 0;
-        for (std::size_t i = 0; i < 3; ++i) size = std::max(size, high_[i] - low_[i]), center_[i] = (low_[i] + high_[i]) / 2;
+        for (std::size_t i = 0; i < 3; ++i) size = std::max(size, high[i] - low[i]), center_[i] = (low[i] + high[i]) / 2;
         size_ = size > 0 ? size : 1;
         for (auto& point : surface_.control_points) {
             for (std::size_t i = 0; i < 3; ++i) point[i] = (point[i] - center_[i] * point[3]) / size_;
@@ -110,7 +111,7 @@ public:
     }
 
 private:
-    static std::array<double, 3> euclidean(const Homogeneous<3>& point) { return {point[0] / point[3], point[1] / point[3], point[2] / point[3]}; }
+    static Vec3d euclidean(const Homogeneous<3>& point) { return {point[0] / point[3], point[1] / point[3], point[2] / point[3]}; }
 
     [[nodiscard]] Values integrand(std::size_t span, double u) const {
         const auto p = static_cast<std::size_t>(surface_.degree_u);
@@ -122,14 +123,14 @@ private:
                 s[k] += basis[0][i] * at[k], by_u[k] += basis[1][i] * at[k], by_v[k] += basis[0][i] * across[k];
             }
         }
-        double x[3], du[3], dv[3];
+        Vec3d x, du, dv;
         for (std::size_t k = 0; k < 3; ++k) {
             x[k] = s[k] / s[3];
             du[k] = (by_u[k] - by_u[3] * x[k]) / s[3], dv[k] = (by_v[k] - by_v[3] * x[k]) / s[3];
         }
-        const double normal[3] = {du[1] * dv[2] - du[2] * dv[1], du[2] * dv[0] - du[0] * dv[2], du[0] * dv[1] - du[1] * dv[0]};
+        const Vec3d normal = cross(du, dv);
         Values values;
-        values[0] = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+        values[0] = length(normal);
         for (std::size_t i = 0; i < 3; ++i) {
             values[1 + i] = normal[i];
             for (std::size_t j = 0; j < 3; ++j) values[4 + 3 * i + j] = x[i] * normal[j];
@@ -138,7 +139,7 @@ private:
     }
 
     NurbsSurface surface_;
-    std::array<double, 3> low_{}, high_{}, center_{};
+    Vec3d center_{};
     double size_ = 1;
     std::vector<Homogeneous<3>> columns_;  // of the curve at v, then its derivative by v
 };
@@ -202,13 +203,32 @@ bool surrounds(const Polygon& polygon, const std::array<double, 2>& point) {
     return inside;
 }
 
+struct Rectangle {
+    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+
+    [[nodiscard]] bool overlaps(const Rectangle& other) const {
+        return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1];
+    }
+};
+
+Rectangle around(const Polygon& polygon) {
+    Rectangle result;
+    for (const auto& point : polygon) {
+        for (int i : {0, 1}) result.low[i] = std::min(result.low[i], point[static_cast<std::size_t>(i)]), result.high[i] = std::max(result.high[i], point[static_cast<std::size_t>(i)]);
+    }
+    return result;
+}
+
 /// 1 for each loop that runs so that the inside is on its left, else -1. Loops may touch: most of a loop's points say where it is.
 std::vector<int> signs_of(const std::vector<Polygon>& polygons) {
     std::vector<int> result;
+    std::vector<Rectangle> boxes;
+    std::ranges::transform(polygons, std::back_inserter(boxes), around);
     for (std::size_t i = 0; i < polygons.size(); ++i) {
+        Interruption::check();
         std::size_t depth = 0;
         for (std::size_t j = 0; j < polygons.size(); ++j) {
-            if (i == j) continue;
+            if (i == j || !boxes[i].overlaps(boxes[j])) continue;
             const auto inside = std::ranges::count_if(polygons[i], [&](const auto& point) { return surrounds(polygons[j], point); });
             depth += 2 * static_cast<std::size_t>(inside) > polygons[i].size();
         }

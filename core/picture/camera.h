@@ -160,10 +160,7 @@ public:
     };
     [[nodiscard]] Pose pose() const {
         if (in_perspective_) return {right_in_double_, up_in_double_, toward_in_double_, eye_, slope_};
-        Vec3d origin;
-        for (std::size_t k = 0; k < 3; ++k) {
-            origin[k] = pan_x_ * right_in_double_[k] + pan_y_ * up_in_double_[k] + 2 * toward_in_double_[k];
-        }
+        const Vec3d origin = double{pan_x_} * right_in_double_ + double{pan_y_} * up_in_double_ + 2.0 * toward_in_double_;
         return {right_in_double_, up_in_double_, toward_in_double_, origin, pixel_};
     }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "base/interruption.h"
 
@@ -44,7 +45,7 @@ void follow(const Shape& shape, const SidesOf& sides, std::vector<Ray> rays, std
 
 std::vector<std::uint32_t> first_numbers(std::size_t count) {
     std::vector<std::uint32_t> numbers(count);
-    for (std::uint32_t i = 0; i < count; ++i) numbers[i] = i;
+    std::iota(numbers.begin(), numbers.end(), 0u);
     return numbers;
 }
 

@@ -336,7 +336,6 @@ Scene Scene::sectioned(std::span<const SectionPlane> planes) const {
     Scene scene = *this;
     scene.planes_.assign(planes.begin(), planes.end());
     scene.ranks_.clear(), scene.is_solid_.clear();
-    scene.has_colored_shapes_ = !planes.empty() || std::ranges::any_of(instances_, [](const Instance& i) { return i.shape->is_colored(); });
     if (planes.empty()) return scene;
     std::map<const Shape*, bool> solid;
     for (const Instance& instance : instances_) {
@@ -429,7 +428,7 @@ void Scene::face_normals(std::span<const Ray> rays, std::span<const SceneHit> hi
 }
 
 bool Scene::is_colored() const {
-    return has_colored_shapes_ || std::ranges::any_of(instances_, [](const Instance& i) { return !i.material.is_white(); });
+    return has_colored_shapes() || std::ranges::any_of(instances_, [](const Instance& i) { return !i.material.is_white(); });
 }
 
 std::size_t Scene::bytes() const {

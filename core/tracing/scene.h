@@ -63,7 +63,7 @@ public:
     void face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
     /// Whether any shape has colours of its own, or a section hatching.
-    [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_; }
+    [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_ || !planes_.empty(); }
     /// Whether any surface is not white; then pictures have colours.
     [[nodiscard]] bool is_colored() const;
 

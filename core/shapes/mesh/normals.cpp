@@ -34,7 +34,8 @@ std::uint64_t hash(Vec3 p) {
     return h ^ h >> 32;
 }
 
-/// For each vertex, the first one at the same position.
+}  // namespace
+
 std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
     const std::size_t mask = std::bit_ceil(2 * vertices.size()) - 1;
     constexpr std::uint32_t empty = 0xffffffff;
@@ -53,6 +54,8 @@ std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
     }
     return first;
 }
+
+namespace {
 
 /// The sum of the normals of `corners` within an angle, given by its cosine, of `axis`; weighted by angle.
 Vec3 sum_within(Vec3 axis, float cos_limit, std::span<const std::uint32_t> corners, std::span<const Vec3> face,

@@ -17,6 +17,9 @@ using CornerNormals = std::array<Vec3, 3>;
 /// by up to 36 degrees per edge) stay round; chamfers of 45 degrees stay sharp.
 constexpr float crease_angle_degrees = 40;
 
+/// For each vertex, the first one at the same position.
+[[nodiscard]] std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices);
+
 /// Unit normal by the right-hand rule; zero for a triangle without area.
 [[nodiscard]] Vec3 face_normal(std::span<const Vec3> vertices, const Triangle& triangle);
 

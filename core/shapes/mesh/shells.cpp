@@ -1,23 +1,13 @@
 #include "shapes/mesh/shells.h"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 
 #include "base/interruption.h"
+#include "shapes/mesh/normals.h"
 
 namespace bob {
 namespace {
-
-/// For each point, the first of those at its position.
-std::vector<std::uint32_t> welded(std::span<const Vec3> points) {
-    std::vector<std::uint32_t> order(points.size()), first(points.size());
-    std::iota(order.begin(), order.end(), 0u);
-    const auto key = [&](std::uint32_t i) { return std::array{points[i].x, points[i].y, points[i].z}; };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-    for (std::size_t i = 0; i < order.size(); ++i) first[order[i]] = i && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
-    return first;
-}
 
 /// Sets of triangles, each with its direction relative to its parent.
 class Sets {
@@ -33,7 +23,7 @@ public:
         std::uint8_t whole = 0;
         for (; parent_[root] != root; root = parent_[root]) whole ^= reversed_[root];
         const std::uint8_t result = whole;
-        while (parent_[i] != root && i != root) {  // all of the path now points to the root
+        while (parent_[i] != root) {  // all of the path now points to the root
             const std::uint32_t next = parent_[i];
             const std::uint8_t own = reversed_[i];
             parent_[i] = root, reversed_[i] = whole;
@@ -56,7 +46,7 @@ private:
 }  // namespace
 
 Shells find_shells(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-    const std::vector<std::uint32_t> first = welded(points);
+    const std::vector<std::uint32_t> first = merge_positions(points);
     struct Edge {
         std::uint64_t ends;
         std::uint32_t triangle;
