@@ -31,6 +31,12 @@ def to_srgb(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** np.float32(1 / 2.4) - 0.055)
 
 
+def hex_color(rgb: Any) -> str:
+    """Return linear RGB as "#rrggbb"."""
+    red, green, blue = np.rint(255 * to_srgb(np.asarray(rgb, np.float32))).astype(int).tolist()
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
 def luminance(rgb: Any) -> NDArray[Any]:
     """Return the luminance of linear RGB, (..., 3); bit-identical for every array shape, unlike a library's sum."""
     values = np.asarray(rgb)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.color import Color, linear, to_srgb
+from bobrossnet.color import Color, hex_color, linear
 from bobrossnet.picture.camera import Camera, check_camera
-from bobrossnet.picture.files import FORMATS, to_8_bit
+from bobrossnet.picture.files import FORMATS
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.hidden import Curves, hidden_edges
@@ -246,5 +246,4 @@ def _paths(curves: Iterable[F32]) -> list[str]:
 def _hex(name: str, color: Any) -> str:
     if not isinstance(color, str) and shape_of(color) == (2,):
         raise InputError(f"{name}: expected one color for an SVG, got two")
-    red, green, blue = to_8_bit(to_srgb(np.asarray(linear(name, color), np.float32))).tolist()
-    return f"#{red:02x}{green:02x}{blue:02x}"
+    return hex_color(linear(name, color))

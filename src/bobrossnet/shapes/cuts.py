@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.shapes.affine import IDENTITY, Matrix
+from bobrossnet.shapes.affine import IDENTITY, Matrix, mapped
 from bobrossnet.shapes.chains import Curve, Numbers, Values, chained, straight
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import MAX_TRIANGLES, Mesh
@@ -88,7 +88,7 @@ def cut_mesh(mesh: Mesh, transform: Matrix, plane: Plane) -> list[Curve]:
     used, index = np.unique(mesh.triangles, return_inverse=True)
     vertices, number = np.unique(mesh.vertices[used], axis=0, return_inverse=True)
     triangles = number.reshape(-1)[index].reshape(-1, 3)
-    points = vertices @ transform[:3, :3].T + transform[:3, 3]
+    points = mapped(transform, vertices)
     distance = points @ plane.normal - plane.offset
     low, high, segments = crossed(triangles, distance >= 0)
     share = (distance[low] / (distance[low] - distance[high]))[:, None]
@@ -123,7 +123,7 @@ def cut_formula(shape: Implicit, transform: Matrix, plane: Plane) -> list[Curve]
         return np.where(np.isnan(values), np.inf, values)
 
     corners = np.array([[(low, high)[k][axis] for axis, k in enumerate(corner)] for corner in np.ndindex(2, 2, 2)])
-    corners = corners @ transform[:3, :3].T + transform[:3, 3]
+    corners = mapped(transform, corners)
     along = corners @ plane.normal - plane.offset
     if along.min() > 0 or along.max() < 0:
         return []
@@ -318,7 +318,7 @@ class _FaceCut:
         return [_refined(uv[c.ends], c.is_closed, self._middle, self._seen, size) for c in chained(segments)]
 
     def _seen(self, uv: Values) -> Values:
-        points = self.face.points(*uv.T) @ self.transform[:3, :3].T + self.transform[:3, 3]
+        points = mapped(self.transform, self.face.points(*uv.T))
         return self.plane.seen(points)
 
     def _distance(self, uv: Values) -> tuple[Values, Values]:

@@ -10,15 +10,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import to_srgb
+from bobrossnet.color import hex_color
 from bobrossnet.shapes.chains import Curve
 from bobrossnet.shapes.cuts import Plane, cut
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag
+from bobrossnet.support.units import check_unit
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.section import Section, check_sections
 
-UNITS = {"mm": 4, "cm": 5, "m": 6, "in": 1, "ft": 2}
+UNITS = {
+    "in": 1, "ft": 2, "mi": 3, "mm": 4, "cm": 5, "m": 6, "km": 7, "mil": 9, "yd": 10, "nm": 12, "um": 13, "dm": 14
+}  # fmt: skip
 """Units of drawings, and their numbers in DXF."""
 
 FORMATS = (".svg", ".dxf")
@@ -74,10 +77,13 @@ class Contours:
     section : Section
     parts : tuple of ContourPart
         One for each instance that the plane cuts.
+    unit : str or None
+        The scene's.
     """
 
     section: Section
     parts: tuple[ContourPart, ...]
+    unit: str | None
 
     def __repr__(self) -> str:
         return f"Contours({len(self.parts)} parts, area {self.area:.6g}, length {self.length:.6g})"
@@ -104,15 +110,15 @@ class Contours:
         )
         return points
 
-    def save(self, path: str | os.PathLike[str], *, unit: str = "mm", hatch: bool = True) -> None:
+    def save(self, path: str | os.PathLike[str], *, unit: str | None = None, hatch: bool = True) -> None:
         """Write a drawing to scale.
 
         Parameters
         ----------
         path : str or path
             Ends in .svg or .dxf (of release 12, with a layer for each part).
-        unit : "mm", "cm", "m", "in" or "ft"
-            The scene's unit.
+        unit : str, optional
+            The unit of the coordinates, such as "mm" or "in"; by default the scene's, or mm if it has none.
         hatch : bool
             Fill the parts in SVG with their colour and hatching.
 
@@ -122,7 +128,7 @@ class Contours:
             If the path has another ending or can't be written, or there is nothing to draw.
         """
         file = check_writable(path, "a drawing", FORMATS)
-        check_choice("unit", unit, tuple(UNITS))
+        unit = check_unit("unit", unit) or self.unit or "mm"
         hatch = check_flag("hatch", hatch)
         if not self.parts:
             raise InputError("section: expected a plane that meets a shape, got one that misses all; nothing to draw")
@@ -176,7 +182,7 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
         if curves:
             name = instance.name or f"part {i + 1}"
             parts.append(ContourPart(i, name, instance.material.color, tuple(_ordered(curves))))
-    return Contours(one, tuple(parts))
+    return Contours(one, tuple(parts), whole.unit)
 
 
 def _ordered(curves: list[Curve]) -> list[Curve]:
@@ -207,7 +213,7 @@ def _svg(contours: Contours, unit: str, hatch: bool) -> str:
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = 0.02 * max((high - low).max(), 1e-300)
     (x, y), (width, height) = (low[0] - margin, -high[1] - margin), high - low + 2 * margin
-    suffix = "" if unit in ("m", "ft") else unit  # SVG has no metres
+    suffix = unit if unit in ("mm", "cm", "in") else ""  # SVG has no others
     size = f'width="{width:.9g}{suffix}" height="{height:.9g}{suffix}"'
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="{x:.9g} {y:.9g} {width:.9g} {height:.9g}">',
@@ -223,12 +229,11 @@ def _svg(contours: Contours, unit: str, hatch: bool) -> str:
                 f'stroke-width="{space / 5:.6g}"/></pattern>'
             )
     for i, part in sorted(enumerate(contours.parts), key=lambda numbered: -numbered[1].area):  # nested parts last
-        red, green, blue = (round(255 * float(c)) for c in to_srgb(np.array(part.color, np.float32)))
         closed = "".join(_path(loop) + "Z" for loop in part.loops)
         opened = "".join(_path(line) for line in part.lines)
         stroke = 'stroke="#000" vector-effect="non-scaling-stroke"'
         lines.append(f"<g><title>{html.escape(part.name)}</title>")
-        fills = [f"#{red:02x}{green:02x}{blue:02x}", f"url(#h{i})"] if hatch else []
+        fills = [hex_color(part.color), f"url(#h{i})"] if hatch else []
         lines += [f'<path fill="{fill}" fill-rule="evenodd" d="{closed}"/>' for fill in fills if closed]
         lines.append(f'<path fill="none" {stroke} d="{closed}{opened}"/></g>')
     return "\n".join([*lines, "</svg>", ""])
