@@ -122,6 +122,18 @@ def check_finite(name: str, array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
+def check_direction(name: str, value: Any) -> tuple[NDArray[np.float64], float]:
+    """Return a vector of three finite numbers as one of length 1, and its length, which is above 0."""
+    vector = check_finite(name, check_array(name, value, (3,))).astype(np.float64)
+    largest = float(np.abs(vector).max())
+    if not largest > 0:
+        raise InputError(f"{name}: expected a length above 0, got (0, 0, 0)")
+    _, exponent = math.frexp(largest)
+    scaled = np.ldexp(vector, -exponent)  # its square stays in range, and a power of two rounds nothing
+    length = float(np.linalg.norm(scaled))
+    return scaled / length, float(np.ldexp(length, exponent))
+
+
 def _interval(low: float, high: float, above: bool) -> str:
     if math.isinf(low) and math.isinf(high):
         return "a finite number"

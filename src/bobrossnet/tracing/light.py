@@ -15,7 +15,7 @@ from bobrossnet import _core
 from bobrossnet.color import Color, linear
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.environment import read_environment
-from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_direction, check_number
 
 HEADLIGHT, STUDIO = "headlight", "studio"
 
@@ -64,12 +64,7 @@ class Light:
     intensity: float
 
     def __init__(self, direction: Any, *, angle: float = 2.0, color: Color = (1.0, 1.0, 1.0), intensity: float = 1.0):
-        toward = check_finite("direction", check_array("direction", direction, (3,)).astype(np.float64))
-        largest = np.abs(toward).max()
-        if not largest > 0:
-            raise InputError("direction: expected a length above 0, got (0, 0, 0)")
-        toward = toward / largest
-        x, y, z = (float(c) for c in toward / np.linalg.norm(toward))
+        x, y, z = check_direction("direction", direction)[0].tolist()
         object.__setattr__(self, "direction", (x, y, z))
         object.__setattr__(self, "angle", check_number("angle", angle, 0, 180))
         object.__setattr__(self, "color", linear("color", color))

@@ -18,8 +18,7 @@ from bobrossnet.support.errors import (
     InputError,
     InputTypeError,
     brief,
-    check_array,
-    check_finite,
+    check_direction,
     check_number,
     shape_of,
 )
@@ -344,12 +343,7 @@ def _axis(axis: Any) -> Point:
         return along
     if not shape_of(axis):
         raise InputTypeError(f"axis: expected x, y, z or 3 numbers, got {brief(axis)}")
-    direction = check_finite("axis", check_array("axis", axis, (3,))).astype(np.float64)
-    largest = np.abs(direction).max()
-    if not largest > 0:
-        raise InputError("axis: expected a length above 0, got 0")
-    unit: Point = direction / largest / np.linalg.norm(direction / largest)
-    return unit
+    return check_direction("axis", axis)[0]
 
 
 def _ranges(scene: Shown, parts: Iterable[Any]) -> dict[int, list[Range]]:

@@ -15,8 +15,7 @@ from bobrossnet.support.errors import (
     InputError,
     InputTypeError,
     brief,
-    check_array,
-    check_finite,
+    check_direction,
     check_number,
     each_of,
 )
@@ -69,15 +68,11 @@ class Section:
             if offset is not None:
                 raise InputError("offset: expected none beside a section as text")
             normal, offset = _parsed(normal)
-        vector = check_finite("normal", check_array("normal", normal, (3,)).astype(np.float64))
+        vector, length = check_direction("normal", normal)
         distance = 0.0 if offset is None else check_number("offset", offset)
-        largest = np.abs(vector).max()
-        if not largest > 0:
-            raise InputError("normal: expected a length above 0, got (0, 0, 0)")
-        length = largest * np.linalg.norm(vector / largest)
-        x, y, z = (float(c) for c in vector / length)
+        x, y, z = vector.tolist()
         object.__setattr__(self, "normal", (x, y, z))
-        object.__setattr__(self, "offset", check_number("offset", float(distance / length)))
+        object.__setattr__(self, "offset", check_number("offset", distance / length))
 
     def transformed(self, matrix: Matrix) -> Section:
         """Return the section of a scene moved by a rotation and a translation, a (4, 4) matrix."""
