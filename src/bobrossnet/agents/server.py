@@ -13,8 +13,10 @@ from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
-from bobrossnet.agents.measures import compared, described, rounded, told_volume
+from bobrossnet.agents.measures import compared, described, rounded, rounded_all, told_pick, told_volume
 from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace
+from bobrossnet.measuring.measure import measure as measure_picks
+from bobrossnet.measuring.picking import Pick
 from bobrossnet.measuring.volumes import closed_volume
 from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import before, png, sheet
@@ -85,8 +87,8 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
             raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
         if len(views) != 1:
             return _image(drawn_sheet(scene, views, size=(height, width), unit=unit, edges=edges).rgba)
-        azimuth, elevation = VIEWS[check_choice("views", views[0], tuple(VIEWS))]
-        camera = fitted(scene.sectioned(None), Camera(azimuth, elevation), size=(height, width))
+        camera = Camera.named(check_choice("views", views[0], tuple(VIEWS)))
+        camera = fitted(scene.sectioned(None), camera, size=(height, width))
         picture = render(scene, camera, size=(height, width), background="#ffffff", edges=edges)
         space.last = Look(scene, camera, (height, width))
         return _image(picture.rgba)
@@ -99,31 +101,31 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     @tool
     def pick(row: int, column: int) -> dict[str, Any]:
         """The part, its face or triangle, the point and the normal at a pixel of the last picture of a single view."""
-        return {"hit": _last(space).pick(row, column)}
+        found = _last(space).pick(row, column)
+        return {"hit": None if found is None else told_pick(found)}
 
     @tool
     def measure(first: list[int], second: list[int]) -> dict[str, Any]:
         """Distance and offset between the points at two pixels, [row, column], of the last picture of a single view,
         and the angle between their normals in degrees."""
         a, b = _hit(space, "first", first), _hit(space, "second", second)
-        offset = np.subtract(b["point"], a["point"])
-        cosine = float(np.clip(np.dot(a["normal"], b["normal"]), -1, 1))
+        between = measure_picks(a, b)
         return {
-            "distance": rounded(float(np.linalg.norm(offset))),
-            "offset": [rounded(value) for value in offset],
-            "angle": round(float(np.degrees(np.arccos(cosine))), 2),
-            "first": a,
-            "second": b,
+            "distance": rounded(between.distance),
+            "offset": rounded_all(between.offset),
+            "angle": round(between.angle, 2),
+            "first": told_pick(a),
+            "second": told_pick(b),
         }
 
     @tool
     def compare(first: str, second: str, view: str = "isometric", size: str = "1024x512") -> list[Any]:
         """Draw two files side by side with one camera, and tell how silhouettes and depths differ from all sides."""
         scenes = [space.scene(file, None)[0] for file in (first, second)]
-        azimuth, elevation = VIEWS[check_choice("view", view, tuple(VIEWS))]
+        named = Camera.named(check_choice("view", view, tuple(VIEWS)))
         height, width = check_size(size)
         half = (height, max(width // 2, 1))
-        camera = fitted(scenes[0], Camera(azimuth, elevation), size=half)
+        camera = fitted(scenes[0], named, size=half)
         cameras = [_same_view(camera, scenes[0], scene) for scene in scenes]
         drawn = [
             before("white", render(scene, own, size=half).rgba) for scene, own in zip(scenes, cameras, strict=True)
@@ -154,7 +156,7 @@ def _last(space: Workspace) -> Look:
     return space.last
 
 
-def _hit(space: Workspace, name: str, pixel: list[int]) -> dict[str, Any]:
+def _hit(space: Workspace, name: str, pixel: list[int]) -> Pick:
     """The surface at a pixel, [row, column], of the last picture; `name` is the argument's."""
     look = _last(space)
     if len(pixel) != 2:

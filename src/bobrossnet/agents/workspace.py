@@ -7,12 +7,10 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from bobrossnet.adapters.files import load
 from bobrossnet.adapters.script import shape_of_script
-from bobrossnet.agents.measures import rounded
-from bobrossnet.measuring.picking import pick
+from bobrossnet.measuring.picking import Pick, pick
 from bobrossnet.picture.camera import Camera
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.messages import one_line
@@ -21,9 +19,6 @@ from bobrossnet.tracing.scene import Scene
 
 MAX_SIDE = 2048
 """Pixels of a picture's longer side: more is lost on models that see."""
-
-PRIMITIVES = {"mesh": "triangle", "brep": "face"}
-"""The parts of shapes that hits name."""
 
 
 @dataclass(frozen=True)
@@ -34,22 +29,12 @@ class Look:
     camera: Camera
     size: tuple[int, int]
 
-    def pick(self, row: int, column: int) -> dict[str, Any] | None:
-        """The part, point and normal at a pixel in the scene's units; None where there is no surface."""
+    def pick(self, row: int, column: int) -> Pick | None:
+        """The surface at a pixel; None where there is none."""
         height, width = self.size
         if not (0 <= row < height and 0 <= column < width):
             raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
-        found = pick(self.scene, row, column, self.camera, size=self.size)
-        if found is None:
-            return None
-        instance = self.scene.instances[found.instance]
-        return {
-            "part": found.instance,
-            "name": instance.name,
-            **({} if found.face is None else {PRIMITIVES[instance.shape.kind]: found.face}),
-            "point": [rounded(float(value)) for value in found.point],
-            "normal": [round(float(value), 4) + 0.0 for value in found.normal],
-        }
+        return pick(self.scene, row, column, self.camera, size=self.size)
 
 
 class Workspace:
