@@ -127,3 +127,10 @@ def test_unreadable_files_are_named(models, tmp_path, capsys):
     command = ["dataset", "views", str(models), "-o", str(tmp_path / "out"), "--views", "1", "--size", "16x16"]
     assert cli.main(command) == 1
     assert "left out: broken.ply: " in capsys.readouterr().err
+
+
+def test_bad_options_of_data_sets_are_refused_at_once(models, tmp_path, capsys):
+    command = ["dataset", "views", str(models), "-o", str(tmp_path / "out"), "--samples", "65"]
+    assert cli.main(command) == 2
+    assert "samples: expected" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -133,7 +133,7 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     InputError
         If OpenEXR is not installed, the file can't be read or has no colours, or a name matches no layer of it.
     """
-    openexr = _openexr()
+    library = openexr()
     path = path_of(path)
     if os.path.exists(path):
         check_file(path)
@@ -143,7 +143,7 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     except OSError as error:
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
     try:
-        with openexr.File(str(path), separate_channels=True) as file:
+        with library.File(str(path), separate_channels=True) as file:
             # A file that is closed takes its headers with it.
             parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
     except Exception as error:  # OpenEXR raises plain exceptions
@@ -177,13 +177,13 @@ def write_exr(
     path: str | os.PathLike[str], planes: Mapping[str, NDArray[Any]], header: Mapping[str, Any] | None = None
 ) -> None:
     """Write channels, (H, W) float32, float16 or uint32, by name, without loss; a failed write leaves no file."""
-    openexr = _openexr()
+    library = openexr()
     place = check_writable(path, "a picture", [ENDING])
     channels = {name: np.ascontiguousarray(pixels) for name, pixels in planes.items()}
-    settings = {**(header or {}), "compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    settings = {**(header or {}), "compression": library.ZIP_COMPRESSION, "type": library.scanlineimage}
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         beside = Path(folder) / "picture.exr"
-        openexr.File(settings, channels).write(str(beside))
+        library.File(settings, channels).write(str(beside))
         write_whole(place, beside.read_bytes())
 
 
@@ -279,7 +279,8 @@ def _toward_viewer(normal: F32) -> F32:
     return turned
 
 
-def _openexr() -> Any:
+def openexr() -> Any:
+    """Return the library OpenEXR; raise InputError if it is not installed."""
     try:
         import OpenEXR
     except ModuleNotFoundError as error:

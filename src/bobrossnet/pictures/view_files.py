@@ -14,11 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bobrossnet.adapters.files import check_up, load, shape_files
-from bobrossnet.picture.exr import write_exr
+from bobrossnet.picture.exr import openexr, write_exr
 from bobrossnet.picture.files import png
 from bobrossnet.picture.order import Size
 from bobrossnet.picture.pose import Pose
 from bobrossnet.pictures.background import Background
+from bobrossnet.pictures.rendering import check_picture
 from bobrossnet.pictures.views import CHANNELS, PosedView, around, views
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError
@@ -72,6 +73,9 @@ def dataset_of_views(
     if style.format not in FORMATS:
         raise InputError(f"format: expected {', '.join(FORMATS)}, got {one_line(style.format)}")
     check_up(style.up)
+    check_picture(style.samples, style.background, style.size)
+    if style.format == "exr":
+        openexr()  # its lack is said before the first view
     around(style.cameras)
     files = shape_files(source)
     folder = Path(source) if Path(source).is_dir() else Path(source).parent
