@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CPP, CPP_TEST = "core/sampling/adaptive.cpp", "adaptive_orders"
-PYTHON, PYTHON_TEST = "src/bobrossnet/pictures/upright.py", "tests/test_order.py::test_seeds_differ"
+PYTHON, PYTHON_TEST = "src/bobrossnet/tracing/upright.py", "tests/test_order.py::test_seeds_differ"
 
 
 def cpu() -> float:

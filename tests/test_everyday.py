@@ -23,9 +23,9 @@ from bobrossnet.command_line import cli
 from bobrossnet.completion.network import load_network
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.thumbnails import Style, Thumbnail, _made, contact_sheet
-from bobrossnet.pictures.upright import seems_to_lie
 from bobrossnet.sdf import box, sphere
 from bobrossnet.support import cluster
+from bobrossnet.tracing.upright import seems_to_lie
 
 ROD = bob.polyline([(0, 0, 0), (0, 0, 9)], radius=0.3).mesh()
 NEEDLE = bob.Mesh([(0, 0, 9), (0.5, 0, 0), (0, 0.5, 0), (-0.5, -0.5, 0)], [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])

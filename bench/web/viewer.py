@@ -168,9 +168,9 @@ observer.observe({ type: "longtask" });
 """
 
 
-def opened(browser: Browser, address: str, *scripts: str) -> Page:
+def opened(browser: Browser, address: str, *scripts: str, **context: Any) -> Page:
     """Open the page, and wait for its scene."""
-    page = browser.new_context().new_page()
+    page = browser.new_context(**context).new_page()
     for script in scripts:
         page.add_init_script(script)
     page.goto(address)
@@ -229,11 +229,8 @@ def at_rest(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> No
     rows = []
     for file, name in scenes.items():
         for (width, height), ratio in itertools.product(WINDOWS, RATIOS):
-            page = browser.new_context(
-                viewport={"width": width, "height": height}, device_scale_factor=ratio
-            ).new_page()
-            page.goto(f"{url}?scene={file}")
-            page.evaluate("() => bobrossnet.started")
+            window = {"width": width, "height": height}
+            page = opened(browser, f"{url}?scene={file}", viewport=window, device_scale_factor=ratio)
             page.evaluate("() => bobrossnet.converged()")
             found = [(page.evaluate(REST, 40 + 10 * i), whole(page, file)) for i in range(runs)]
             middle = {
@@ -278,22 +275,19 @@ def in_windows(browser: Browser, url: str, scenes: dict[str, str], files: dict[s
     for file, name in scenes.items():
         scene = bob.load(files[file])
         for (width, height), ratio in itertools.product(WINDOWS, RATIOS):
-            page = browser.new_context(
-                viewport={"width": width, "height": height}, device_scale_factor=ratio
-            ).new_page()
-            page.goto(f"{url}?scene={file}")
-            page.evaluate("() => bobrossnet.started")
+            window = {"width": width, "height": height}
+            page = opened(browser, f"{url}?scene={file}", viewport=window, device_scale_factor=ratio)
             page.evaluate("() => bobrossnet.converged()")
             page.uncheck("#refines")
             scores, sizes = [], []
-            whole = page.evaluate("() => bobrossnet.schedule.size")
+            at_rest = page.evaluate("() => bobrossnet.schedule.size")
             for _ in range(3):
                 found = page.evaluate(MOVED, [2 * BEFORE, STEP])
                 shown = Image.open(BytesIO(base64.b64decode(found["picture"].partition(",")[2]))).convert("RGB")
                 sizes.append(f"{shown.width}x{shown.height}")
                 pan = found["camera"].pop("panX"), found["camera"].pop("panY")
                 camera = bob.Camera(**found["camera"], pan=pan)
-                size = whole["height"], whole["width"]
+                size = at_rest["height"], at_rest["width"]
                 exact = color_to_8_bit(bob.trace(scene, camera, size=size).color)
                 large = np.asarray(shown.resize(size[::-1], Image.Resampling.BILINEAR))
                 scores.append(bob.ssim(*((each / 255).astype(np.float32).mean(-1) for each in (large, exact))))

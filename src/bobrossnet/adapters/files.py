@@ -39,6 +39,7 @@ from bobrossnet.support.messages import name_of, one_line
 from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
+from bobrossnet.tracing.upright import seems_to_lie
 
 SAMPLE = "sample:"
 """Begins the name of a shape that the package brings."""
@@ -139,8 +140,6 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
 
 def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
     """Turn all meshes of files that don't say which axis is up, if together they seem to lie."""
-    from bobrossnet.pictures.upright import seems_to_lie  # it builds on scenes of files
-
     silent = [is_path(source) and Path(os.fsdecode(source)).suffix.lower() in SILENT for source in sources]
     scenes = [as_scene(item) for item, is_silent in zip(items, silent, strict=True) if is_silent]
     if not scenes or not seems_to_lie(scenes[0] if len(scenes) == 1 else Scene(scenes)):

@@ -68,7 +68,7 @@ def _weights(report: Report, file: Path) -> None:
 
 def _scene(report: Report, file: str) -> None:
     import bobrossnet as bob
-    from bobrossnet.pictures.upright import seems_to_lie
+    from bobrossnet.tracing.upright import seems_to_lie
 
     scene = bob.load(file)
     lies = seems_to_lie(scene)
