@@ -301,6 +301,20 @@ def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
         page.context.close()
 
 
+def test_converged_of_a_scene_that_fails_is_rejected(shown):
+    """And so a picture that waits for it is not waited for without end."""
+    page = shown('src="wedge.glb"')
+    exact(page)
+    reason = page.evaluate("""() => {
+      const view = document.querySelector("bob-view");
+      view.camera = { azimuth: 77 };
+      const end = view.converged();
+      view.viewing.fail("a worker ended");
+      return end.catch(({ message }) => message);
+    }""")
+    assert reason == "converged: expected a picture, got a scene that failed"
+
+
 def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
     """Otherwise they are never fetched (test_npm.py)."""
     page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)

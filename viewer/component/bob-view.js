@@ -53,7 +53,7 @@ import { define } from "./define.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, home, listenToKeys } from "./keys.js";
 import { LIMITS, limited } from "./limits.js";
-import { Motion } from "./motion.js";
+import { Motion, isCalm } from "./motion.js";
 import { reflect } from "./properties.js";
 import { Sight } from "./sight.js";
 import { style } from "./style.js";
@@ -330,18 +330,21 @@ class BobViewElement extends Parent {
   /**
    * Resolves once the picture is exact, and its edges are smoothed; so not before it is seen.
    *
-   * @returns {Promise<void>} rejected if the element is removed before
+   * @returns {Promise<void>} rejected if the element is removed before, or its scene fails
    */
   converged() {
     return new Promise((resolve, reject) => {
       const listening = new AbortController(), { signal } = listening;
       const check = () => {
-        if (this.#viewing && !this.#viewing.statistics.final) return;
+        const isBroken = this.#viewing?.isBroken;
+        if (this.#viewing && !isBroken && !this.#viewing.statistics.final) return;
         listening.abort();
-        if (this.#viewing) resolve();
+        if (isBroken) reject(new Error("converged: expected a picture, got a scene that failed"));
+        else if (this.#viewing) resolve();
         else reject(new Error("converged: expected an element in a document, got one that was removed"));
       };
       this.addEventListener("progress", check, { signal });
+      this.addEventListener("error", check, { signal });
       this.addEventListener(REMOVED, check, { signal });
       check();
     });
@@ -412,12 +415,13 @@ class BobViewElement extends Parent {
 
   /** @param {string} name @param {Blob | string} source */
   async #read(name, source) {
-    this.#source = [name, source];
+    const asked = this.#source = /** @type {[string, Blob | string]} */ ([name, source]);
     this.ariaBusy = "true";
     const { viewing } = this;
     try {
       const turn = await this.#rotationOf(name);
-      if (viewing === this.#viewing && await viewing.read(name, source, { turn })) this.begun();
+      // The module for turning may have come after a newer request.
+      if (viewing === this.#viewing && asked === this.#source && await viewing.read(name, source, { turn })) this.begun();
     } catch (error) {
       this.#fail(error instanceof Error ? error.message : String(error));
     } finally {
@@ -459,6 +463,7 @@ class BobViewElement extends Parent {
     this.#isNew = false;
     this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));
     this.#touchedAt = performance.now();
+    clearTimeout(this.#promptTimer);
     this.#promptTimer = setTimeout(() => this.#prompt.classList.toggle("unseen", !this.#isPrompting), IDLE_MS);
   }
 
@@ -611,7 +616,7 @@ class BobViewElement extends Parent {
   /** Turns by itself while `auto-rotate` applies, and it is seen. */
   #turn() {
     cancelAnimationFrame(this.#turning);
-    if (!this.#sight.isSeen || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    if (!this.#sight.isSeen || !this.hasAttribute("auto-rotate") || isCalm()) return;
     let last = performance.now();
     const turn = degrees(this.getAttribute("rotation-per-second") ?? "") ?? TURN;
     const step = (/** @type {number} */ now) => {

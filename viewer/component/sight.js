@@ -17,7 +17,7 @@ export class Sight {
     this.look();
   });
 
-  /** @param {Element} element @param {(isSeen: boolean) => void} changed */
+  /** @param {Element} element @param {() => void} changed */
   constructor(element, changed) {
     this.#element = element;
     this.#changed = changed;
@@ -46,6 +46,6 @@ export class Sight {
     if (isPossible && !isSeen) this.#timer = setTimeout(this.look, LOOK_MS);
     if (isSeen === this.isSeen) return;
     this.isSeen = isSeen;
-    this.#changed(isSeen);
+    this.#changed();
   };
 }

@@ -35,7 +35,6 @@ export class Spots {
   #sphere;
   /** Of the displayed picture. @type {Camera | undefined} */
   #camera;
-  #observer;
 
   /**
    * @param {HTMLElement} host whose children they are
@@ -51,8 +50,7 @@ export class Spots {
     this.#layer.id = "spots";
     root.append(this.#layer);
     const take = () => this.#take(host);
-    this.#observer = new MutationObserver(take);
-    this.#observer.observe(host, { childList: true, subtree: true, attributeFilter: ["slot", "data-position"] });
+    new MutationObserver(take).observe(host, { childList: true, subtree: true, attributeFilter: ["slot", "data-position"] });
     take();
   }
 
@@ -115,10 +113,5 @@ export class Spots {
     if (isKnown) spots.forEach((spot, i) => (spot.isHidden = probe.samples[4 * i] > places[i].depth + BEHIND));
     // Again, if the picture or an answer is new.
     if (!isKnown || camera !== this.#camera || spots.some(({ isHidden }, i) => isHidden !== wasHidden[i])) this.show(this.#camera);
-  }
-
-  remove() {
-    this.#observer.disconnect();
-    this.#layer.remove();
   }
 }

@@ -55,7 +55,7 @@ export class Viewing {
   #coming;
   /** One of these, while workers open it. @type {Scene | undefined} */
   #opening;
-  #isBroken = false; // until something changes
+  isBroken = false; // until something changes
   #isShowing = false; // whether the schedule has workers
   /** @type {Showing} */
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
@@ -84,7 +84,7 @@ export class Viewing {
   /** Whether the workers have something to do for it. */
   get hasWork() {
     const isDone = this.schedule.isDone && this.#probes.length === 0;
-    return this.isSeen && !this.#isBroken && (this.#coming !== undefined || (this.#scene !== undefined && !isDone));
+    return this.isSeen && !this.isBroken && (this.#coming !== undefined || (this.#scene !== undefined && !isDone));
   }
 
   /** Whether the user moved it, and the picture is not exact yet. */
@@ -194,7 +194,7 @@ export class Viewing {
 
   /** @param {string} message */
   fail(message) {
-    this.#isBroken = true;
+    this.isBroken = true;
     this.stop();
     this.#answer();
     this.#isPictured();
@@ -230,14 +230,14 @@ export class Viewing {
    * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
   read(name, source, { turn = null, beside = [] } = {}) {
-    const reader = MESHES.test(name) ? "core.mesh" : coreFor(name); // only core.mesh reads these
+    const core = coreFor(name);
     // Resolve relative addresses against the page: the reading worker has another base.
     let bytes = typeof source === "string" ? new URL(source, document.baseURI).href : source;
     /** @type {import("../workers/reading.js").ReadFile | undefined} */
     let file;
     const prepared = () => {
       if (file) return file;
-      const mine = file = crew.read({ name, source: bytes, beside, turn }, reader);
+      const mine = file = crew.read({ name, source: bytes, beside, turn }, core);
       mine.summary.catch(() => file === mine && (file = undefined));
       return mine;
     };
@@ -248,7 +248,7 @@ export class Viewing {
       bytes = summary.bytes; // the address may be gone when the scene is opened again
       return summary;
     };
-    return this.#replace(coreFor(name), open, prepared);
+    return this.#replace(core, open, prepared);
   }
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */
@@ -265,8 +265,10 @@ export class Viewing {
   async edit(text) {
     const pool = crew.poolOf(this), open = running(this.id, text);
     if (!pool) throw new Error("edit: expected a scene that is shown, got none");
-    const opened = await open(pool);
-    if (pool !== crew.poolOf(this)) return null;
+    const opened = await open(pool).catch((error) => {
+      if (pool === crew.poolOf(this)) throw error;
+    });
+    if (!opened || pool !== crew.poolOf(this)) return null;
     this.#scene = { open, resolve: () => {}, reject: () => {} };
     this.#begin(pool);
     return opened;
@@ -280,7 +282,7 @@ export class Viewing {
     this.#coming?.resolve(null);
     this.hasPicture = false;
     if (core === "core") this.core = core;
-    this.#isBroken = false;
+    this.isBroken = false;
     return new Promise((resolve, reject) => {
       this.#coming = { open, prepare, resolve, reject };
       this.#ask();
@@ -295,7 +297,7 @@ export class Viewing {
    */
   change(what, isMoved = false) {
     this.statistics.change();
-    this.#isBroken = false;
+    this.isBroken = false;
     if (isMoved) this.movedAt = performance.now();
     this.schedule.change(what);
     this.#ask();

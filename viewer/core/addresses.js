@@ -2,7 +2,7 @@
 /** Addresses of files on servers, and of files referenced by other files, as people and programs write them. */
 
 /** @param {string} text possibly with escapes such as %20; unchanged if an escape is invalid */
-export function unescaped(text) {
+function unescaped(text) {
   try {
     return decodeURIComponent(text);
   } catch {

@@ -69,7 +69,10 @@ export async function fetchPart(path) {
     return new Response(stream, { headers: { "Content-Type": typeOf(path) } });
   }
   const url = addressOf(path);
-  if (folder) checked ??= checkVersion(folder);
+  if (folder && !checked) {
+    const mine = checked = checkVersion(folder);
+    mine.catch(() => mine === checked && (checked = undefined)); // for another try
+  }
   const [, response] = await Promise.all([checked, fetched(path, url, ADVICE)]);
   return response;
 }

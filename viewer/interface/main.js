@@ -9,7 +9,7 @@
 import { BobView } from "../component/bob-view.js";
 import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
-import { PERSPECTIVE, valid } from "../picture/camera.js";
+import { PERSPECTIVE } from "../picture/camera.js";
 import { Editor } from "./editor.js";
 import { Kept } from "./kept.js";
 import { fromFragment, toFragment } from "./link.js";
@@ -324,6 +324,6 @@ addEventListener("hashchange", () => {
 /** For tests and measurements. */
 export const page = {
   statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
-  camera: () => picture.camera, schedule, valid,
+  camera: () => picture.camera, schedule,
 };
 Object.assign(window, { bobrossnet: page });

@@ -100,7 +100,7 @@ export function paint(look, painted) {
   const pixels = new Uint32Array(painted.data.buffer);
   expose(exposure);
   if (mode === "difference" && exact) {
-    for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * Math.abs(first[i] - image[i]));
+    differ(first, image, pixels);
     return;
   }
   if (mode === "uncertain" && expected) {
@@ -110,12 +110,20 @@ export function paint(look, painted) {
   if (alpha) coverAll(image, completedColor, alpha, pixels);
   else if (completedColor) tintAll(completedColor, pixels);
   else shadeAll(image, pixels);
-  const border = mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0;
+  const border = borderOf(mode, divider, width);
   for (let row = 0; row < height; ++row) {
     for (let column = 0, i = row * width; column < border; ++column, ++i) {
       pixels[i] = !(mask[i] > 0) ? UNTRACED : color ? tint(color, pixels.length, i) : shade(gray[i]);
     }
   }
+}
+
+/** Columns of a picture that show traced pixels alone. @param {Mode} mode @param {number} divider @param {number} width */
+const borderOf = (mode, divider, width) => (mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0);
+
+/** Shows the differences of two pictures. @param {Float32Array} first @param {Float32Array} image @param {Uint32Array} pixels */
+function differ(first, image, pixels) {
+  for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * Math.abs(first[i] - image[i]));
 }
 
 // ---- Pictures at rest, row by row ------------------------------------------------------------------------
@@ -192,8 +200,7 @@ export function paintMeans({ pixels, means }, { isTransparent, exposure = 1 }, {
   const painted = new Uint32Array(data.buffer);
   for (let i = 0; 2 * i < pixels.length; ++i) {
     const alpha = isTransparent ? means[5 * i + 4] : 1, whole = Math.max(alpha, 1 / 255);
-    const [red, green, blue] = [1, 2, 3].map((c) => encode(means[5 * i + c] / whole));
-    painted[pixels[2 * i] * width + pixels[2 * i + 1]] = (pack(red, green, blue) & 0xffffff | Math.round(255 * alpha) << 24) >>> 0;
+    painted[pixels[2 * i] * width + pixels[2 * i + 1]] = (tint(means, 1, 5 * i + 1, whole) & 0xffffff | Math.round(255 * alpha) << 24) >>> 0;
   }
 }
 
@@ -207,12 +214,12 @@ export function paintMeans({ pixels, means }, { isTransparent, exposure = 1 }, {
  */
 export function paintRest({ mode, divider, rows, gray, first }, picture) {
   const { height, width } = picture, isWhole = rows === height;
-  const border = mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0;
+  const border = borderOf(mode, divider, width);
   const differs = mode === "difference" && isWhole && gray && first;
   if (!differs && !(mode === "uncertain" && isWhole) && (border === 0 || isWhole)) return picture;
   const shown = new ImageData(picture.data.slice(), width), pixels = new Uint32Array(shown.data.buffer);
   if (differs) {
-    for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * Math.abs(first[i] - gray[i]));
+    differ(first, gray, pixels);
   } else if (mode === "uncertain") {
     pixels.fill(level(0));
   }

@@ -1,6 +1,6 @@
 // @ts-check
 /** The rows of a picture, all traced, from top to bottom, and its pixels at edges. */
-import { tracedLayout, widthOf } from "../picture/channels.js";
+import { widthOf } from "../picture/channels.js";
 
 const BEFORE = 2; // rows kept: whether the last row has edges depends on the next one
 
@@ -20,7 +20,7 @@ export class Rows {
   constructor(scene, size) {
     this.#scene = scene;
     this.#size = size;
-    this.#components = widthOf(tracedLayout(scene.layout));
+    this.#components = scene.sampleWidth;
     this.#last = new Float32Array(this.#components * BEFORE * size.width);
   }
 

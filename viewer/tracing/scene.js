@@ -25,7 +25,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  */
 
 /** Numbers of a probe's sample. */
-export const PROBED = 4;
+const PROBED = 4;
 const FINE = 64; // parts of a pixel that `probe` distinguishes
 
 export class Scene {

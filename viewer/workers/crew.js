@@ -278,7 +278,7 @@ class Crew {
   #poolFor({ id, workers }) {
     const pools = this.#pools, { shown, spare } = pools;
     pools.spare = undefined;
-    if (spare?.size === workers) return spare;
+    if (spare?.size === workers && !spare.ended) return spare;
     spare?.end();
     if (this.#expecting) return this.#createPool(workers);
     if (shown?.isReusable && shown.size === workers) {
