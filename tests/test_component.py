@@ -115,7 +115,7 @@ def exact(page):
     page.wait_for_function("() => told.some(({ type }) => type === 'load')")
     page.evaluate("""() => {
       const view = document.querySelector("bob-view");
-      view.setAttribute("samples", "1");
+      if (view.getAttribute("samples") !== "1") view.setAttribute("samples", "1");
       return view.converged();
     }""")
     return pixels(page)
@@ -147,7 +147,7 @@ def told(page, kind):
 
 def test_five_lines_show_a_file(shown, folder, host):
     asked = []
-    page = shown('src="wedge.glb" alt="A wedge" camera-controls')
+    page = shown('src="wedge.glb" alt="A wedge" camera-controls samples="1"')  # from the start on
     page.on("request", lambda request: asked.append(request.url))
     assert_shows(page, expected(bob.load(folder / "wedge.glb")))
     assert told(page, "error") == []
