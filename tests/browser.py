@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import shutil
 import threading
@@ -9,10 +10,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -63,6 +66,11 @@ def serving(folder: Path, **headers: str) -> Iterator[str]:
         finally:
             server.shutdown()
             thread.join()
+
+
+def picture_at(address: str) -> Image.Image:
+    """Return the picture of a data: address."""
+    return Image.open(BytesIO(base64.b64decode(address.partition(",")[2])))
 
 
 def missing(reason: str) -> None:

@@ -1,12 +1,11 @@
 """<bob-view>: its pictures, attributes and events, from a server of static files."""
 
-import base64
 import re
 from io import BytesIO
 
 import numpy as np
 import pytest
-from browser import serving
+from browser import picture_at, serving
 from PIL import Image
 
 import bobrossnet as bob
@@ -123,7 +122,7 @@ def exact(page):
 
 def pixels(page):
     address = page.evaluate("() => document.querySelector('bob-view').toDataURL()")
-    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGBA"))
+    return np.asarray(picture_at(address).convert("RGBA"))
 
 
 def expected(scene, camera=None):

@@ -1,11 +1,8 @@
 """The controls of <bob-view>: wheel, fingers, keys and named views, in pages that scroll."""
 
-import base64
-from io import BytesIO
-
 import numpy as np
 import pytest
-from browser import serving
+from browser import picture_at, serving
 from PIL import Image
 
 import bobrossnet as bob
@@ -106,7 +103,7 @@ def expected(view, size=(HEIGHT, WIDTH)):
 def settled(page):
     """Return the exact picture, (H, W, 4) uint8."""
     address = page.evaluate(f"async () => {{ await {VIEW}.converged(); return {VIEW}.toDataURL(); }}")
-    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGBA"))
+    return np.asarray(picture_at(address).convert("RGBA"))
 
 
 # ---- Saving ----------------------------------------------------------------------------------------------
@@ -132,7 +129,7 @@ def test_a_picture_saved_in_motion_is_exact_and_of_full_size(shown, refines):
     page.evaluate(f"() => {VIEW}.converged()")
     page.evaluate(f"(refines) => {{ {VIEW}.viewing.schedule.refines = refines; }}", refines)
     address, steps, still = page.evaluate(SAVE)
-    found = np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB"))
+    found = np.asarray(picture_at(address).convert("RGB"))
     gear = bob.load(VIEWER / "gallery/gear.sdf")
     exact = color_to_8_bit(bob.trace(gear, bob.Camera(azimuth=70), size=(2 * HEIGHT, 2 * WIDTH)).gray)
     assert found.shape[:2] == exact.shape

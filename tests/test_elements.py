@@ -1,12 +1,8 @@
 """Many <bob-view> on one page: they share workers, and nothing is done for those that nobody sees."""
 
-import base64
-from io import BytesIO
-
 import numpy as np
 import pytest
-from browser import serving
-from PIL import Image
+from browser import picture_at, serving
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
@@ -87,7 +83,7 @@ def elements(count, attributes=""):
 
 def pixels(page, name):
     address = page.evaluate("(name) => document.getElementById(name).toDataURL()", name)
-    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB")).astype(int)
+    return np.asarray(picture_at(address).convert("RGB")).astype(int)
 
 
 def assert_shows(page, name, scene, camera=None):

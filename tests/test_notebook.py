@@ -13,6 +13,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from browser import picture_at
 from PIL import Image
 
 import bobrossnet as bob
@@ -119,7 +120,7 @@ def exact(page, i=0):
     }""",
         i,
     )
-    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))))
+    return np.asarray(picture_at(address))
 
 
 def assert_shows(found, camera):

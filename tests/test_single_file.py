@@ -1,11 +1,8 @@
 """`bobrossnet view --export page.html`: one file that shows a scene wherever scripts may run, without requests."""
 
-import base64
-from io import BytesIO
-
 import numpy as np
 import pytest
-from PIL import Image
+from browser import picture_at
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
@@ -44,7 +41,7 @@ def file(scene, tmp_path_factory):
 def exact(frame):
     """Return the exact picture, (H, W, 3)."""
     address = frame.evaluate(EXACT)
-    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB"))
+    return np.asarray(picture_at(address).convert("RGB"))
 
 
 def assert_shows(found, scene):
@@ -130,7 +127,7 @@ def test_it_has_the_lens_and_the_background_that_were_asked_for(page, scene, tmp
     assert cli.main(["view", str(tmp_path / "a.bob"), *look, "--export", str(tmp_path / "page.html")]) == 0
     page.goto((tmp_path / "page.html").as_uri())
     address = page.evaluate(EXACT)
-    rgba = np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGBA"))
+    rgba = np.asarray(picture_at(address).convert("RGBA"))
     seen = bob.trace(scene, bob.Camera(fov=50), size=rgba.shape[:2])
     assert np.mean((rgba[..., 3] > 0) != (seen.alpha > 0)) < 0.002
     behind = page.evaluate("() => getComputedStyle(document.querySelector('bob-view')).backgroundImage")

@@ -14,7 +14,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 import trimesh
-from browser import serving
+from browser import picture_at, serving
 from models import MODELS, needs_models
 from PIL import Image
 from processes import COMMAND, running
@@ -92,7 +92,7 @@ class Page:
 
     def pixels(self):
         address = self.tab.evaluate("() => document.querySelector('#picture').toDataURL()")
-        picture = Image.open(BytesIO(base64.b64decode(address.partition(",")[2])))
+        picture = picture_at(address)
         rgba = np.asarray(picture.convert("RGBA"))
         assert (rgba[..., 3] == 255).all()
         return rgba[..., :3]
