@@ -6,7 +6,7 @@ import threading
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
-from browser import chromium
+from browser import Tabs, chromium
 
 import bobrossnet as bob
 
@@ -44,6 +44,12 @@ def browser():
     """Start Chromium; tests that need it are skipped if it is missing."""
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="session")
+def tabs(browser):
+    """Return tabs that tests use one after another."""
+    return Tabs(browser)
 
 
 @pytest.fixture(scope="session")

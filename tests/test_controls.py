@@ -58,21 +58,20 @@ def scene():
 
 @pytest.fixture(scope="module")
 def host(folder):
-    with serving(folder) as address:
+    with serving(folder, Cache_Control="no-store") as address:  # files change
         yield address
 
 
 @pytest.fixture
-def shown(browser, folder, host):
+def shown(tabs, folder, host):
     """Open a page with an element of these attributes; `page` is the page's height."""
-    contexts, wrong = [], []
+    opened, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
-    def shown(attributes='src="two.bob"', page="3000px", children="", script="", **context):
-        settings = {"reduced_motion": "reduce", "viewport": {"width": 800, "height": 600}, **context}
-        contexts.append(browser.new_context(**settings))
-        tab = contexts[-1].new_page()
-        tab.add_init_script(TOLD + script)
-        tab.on("pageerror", lambda error: wrong.append(str(error)))
+    def shown(attributes='src="two.bob"', page="3000px", children="", script="", **settings):
+        settings = {"reduced_motion": "reduce", "viewport": {"width": 800, "height": 600}, **settings}
+        tab = tabs.open(TOLD, script, on=listeners, **settings)
+        opened.append(tab)
         (folder / "index.html").write_text(
             PAGE.format(attributes=attributes, page=page, width=WIDTH, height=HEIGHT, children=children)
         )
@@ -81,8 +80,8 @@ def shown(browser, folder, host):
         return tab
 
     yield shown
-    for context in contexts:
-        context.close()
+    for tab in opened:
+        tabs.release(tab)
     assert wrong == []
 
 

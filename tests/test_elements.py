@@ -56,15 +56,14 @@ def headers(request):
 
 
 @pytest.fixture
-def shown(browser, folder):
+def shown(tabs, folder):
     """Open a page with these elements."""
     pages, wrong = [], []
 
     def shown(text, headers=None, script=""):
         (folder / "index.html").write_text(PAGE + text)
-        page = browser.new_context(viewport={"width": 640, "height": 480}).new_page()
-        page.add_init_script(WATCH + script)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
+        listeners = {"pageerror": lambda error: wrong.append(str(error))}
+        page = tabs.open(WATCH, script, on=listeners, viewport={"width": 640, "height": 480})
         server = serving(folder, **(headers or {}))
         pages.append((page, server))
         page.goto(server.__enter__())
@@ -72,7 +71,7 @@ def shown(browser, folder):
 
     yield shown
     for page, server in pages:
-        page.context.close()
+        tabs.release(page)
         server.__exit__(None, None, None)
     assert wrong == []
 
