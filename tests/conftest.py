@@ -10,6 +10,27 @@ from browser import Tabs, chromium
 
 import bobrossnet as bob
 
+LONGEST = (
+    "test_viewer",
+    "test_controls",
+    "test_component",
+    "test_viewer_files",
+    "test_npm",
+    "test_tutorials",
+    "test_documents",
+    "test_elements",
+    "test_train",
+    "test_dataset",
+    "test_failures",
+    "test_figures_learned",
+    "test_cli",
+)
+"""The files that take the longest run first: of two workers, none is left with a long file at the end."""
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST))
+
 
 @pytest.fixture(scope="session")
 def tree():

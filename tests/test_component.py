@@ -477,7 +477,7 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
       schedule.refines = false;
       slowRays(10); // so that not all is traced in a moment
       // Until silhouettes are not all traced, however fast the machine, and nothing is reprojected, however slow.
-      for (let i = 0, share = NaN, reprojects = true; !(share > 0.03 && share < 0.09 && !reprojects) && i < 60; ++i) {
+      for (let i = 0, share = NaN, reprojects = true; !(share > 0.03 && share < 0.09 && !reprojects) && i < 300; ++i) {
         if (share) schedule.budget *= share < 0.06 ? 1.2 : 0.8;
         const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
         view.camera = { azimuth: 40 + 50 * i };
