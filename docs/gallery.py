@@ -500,9 +500,9 @@ def strip(names: list[str]) -> NDArray[np.uint8]:
 
 HEAD = """# Gallery
 
-Pictures of the [modelling language](modelling.md), of other implicit surfaces, and of NURBS. Each picture's code is below
-it; it needs `from bobrossnet.sdf import *` and `import bobrossnet as bob`. `bob.trace` draws the result of the last line.
-Every pixel is traced.
+Pictures of the [modelling language](modelling.md), of other implicit surfaces, and of NURBS. Each picture's code is
+below it; it needs `from bobrossnet.sdf import *` and `import bobrossnet as bob`. `bob.trace` draws the result of the
+last line. Every pixel is traced.
 
 Made by docs/gallery.py.
 """

@@ -88,8 +88,8 @@ def placed_brep(brep: Brep, matrix: Matrix) -> tuple[Brep, float]:
 def of_brep(brep: Brep) -> Amount:
     """Return the area of a brep, and its volume if it is closed.
 
-    Over a closed surface with unit normals n, the integral of n is 0, and the integral of x n^T is the volume times the identity.
-    The difference is the error.
+    Over a closed surface with unit normals n, the integral of n is 0, and the integral of x n^T is the
+    volume times the identity. The difference is the error.
     """
     moments = brep.moments
     area = float(moments[:, 0].sum())

@@ -141,7 +141,7 @@ def cut_formula(shape: Implicit, transform: Matrix, plane: Plane) -> list[Curve]
     crossings = _root(field, a, b)
 
     def middle(p: Values, q: Values) -> Values:
-        """The curve's crossing of the perpendicular through the middle of each chord; the middle itself without a crossing."""
+        """The curve's crossing of the perpendicular bisector of each chord; the chord's middle without a crossing."""
         half, across = (p + q) / 2, np.stack([p[:, 1] - q[:, 1], q[:, 0] - p[:, 0]], axis=1)
         found, result = np.zeros(len(p), bool), half.copy()
         for reach in (1e-3, 1e-2, 0.1, 0.5, 1, 2):

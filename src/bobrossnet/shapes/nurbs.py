@@ -305,8 +305,8 @@ class Brep(Shape):
 
     @lazy
     def moments(self) -> Values:
-        """(n, 15): for each face its area, the integral (3,) of its unit normal, the integral (3, 3) of position times normal,
-        and the parameters (u, v) of a point of it.
+        """(n, 15): for each face its area, the integrals of its unit normal, (3,), and of position times normal,
+        (3, 3), and the parameters (u, v) of a point of it.
 
         By quadrature, with errors near 1e-9 of the face's squared size where its surface is smooth.
         """

@@ -140,8 +140,8 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
     """Cut a scene by a plane and return the exact contours.
 
     Triangles are cut exactly. Curves of formulas and NURBS are polylines within 2e-6 of the scene's radius; areas and
-    lengths are extrapolated, to about 1e-9 of the exact values for smooth curves. Details of formulas below 1/384 of their box may
-    be missing, and tubes are cut as meshes of 1/512 of their length.
+    lengths are extrapolated, for smooth curves to about 1e-9 of the exact values. Details of formulas below 1/384 of
+    their box may be missing, and tubes are cut as meshes of 1/512 of their length.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
 
 
 def _ordered(curves: list[Curve]) -> list[Curve]:
-    """Return closed curves first, turned so that material is to their left: points that an odd number of curves encloses."""
+    """Return closed curves first, turned so that material, which an odd number of curves encloses, is to their left."""
     closed = [curve for curve in curves if curve.is_closed and len(curve.points) > 2]
     turned = []
     for curve in closed:
