@@ -152,13 +152,8 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
 
 /// Planes are (normal, offset), in the unit sphere.
 bob::Scene sectioned(const bob::Scene& scene, const Array<const double, -1, 4>& planes) {
-    std::vector<bob::SectionPlane> all;
-    for (std::size_t i = 0; i < planes.shape(0); ++i) {
-        const double* const p = planes.data() + 4 * i;
-        all.push_back({{p[0], p[1], p[2]}, p[3]});
-    }
     std::optional<bob::Scene> made;
-    interruptible([&] { made.emplace(scene.sectioned(all)); });
+    interruptible([&] { made.emplace(scene.sectioned(items<bob::SectionPlane>(planes))); });
     return std::move(*made);
 }
 

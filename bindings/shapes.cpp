@@ -223,48 +223,36 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, con
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
-bob::Face homogeneous_face_of(const nb::handle& face) {
-    bob::Face target = face_of(face);
-    bob::make_homogeneous<3>(target.surface.control_points);
-    for (bob::TrimLoop& loop : target.loops) {
-        for (bob::NurbsCurve<2>& curve : loop) bob::make_homogeneous<2>(curve.control_points);
-    }
-    return target;
+/// Fills `size` numbers for each face by write(face, numbers), of homogeneous faces, in parallel.
+template <class Write>
+void for_each_face(const nb::sequence& faces, double* numbers, std::size_t size, Write write) {
+    std::vector<bob::Face> converted;
+    for (const nb::handle face : faces) bob::make_homogeneous(converted.emplace_back(face_of(face)));
+    interruptible([&] {
+        bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) write(converted[i], numbers + size * i);
+        });
+    });
 }
 
 /// (n, 3, 2): of each face its `bob::extremes` along each of three directions.
 Array<double, -1, 3, 2> face_extremes(const nb::sequence& faces, const Array<const double, 3, 3>& directions) {
-    std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
-    auto result = make_array<double, -1, 3, 2>(converted.size(), 3, 2);
-    interruptible([&] {
-        bob::parallel_for(3 * converted.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const double* row = directions.data() + 3 * (i % 3);
-                const bob::Face& face = converted[i / 3];
-                std::ranges::copy(bob::extremes(face.surface, face.loops, {row[0], row[1], row[2]}), result.data() + 2 * i);
-            }
-        });
+    auto result = make_array<double, -1, 3, 2>(nb::len(faces), 3, 2);
+    for_each_face(faces, result.data(), 6, [&](const bob::Face& face, double* to) {
+        for (const auto& direction : items<std::array<double, 3>>(directions)) to = std::ranges::copy(bob::extremes(face.surface, face.loops, direction), to).out;
     });
     return result;
 }
 
 /// (n, 15): area, normal, position and inside of `bob::Moments`, of each face.
 Array<double, -1, 15> face_moments(const nb::sequence& faces) {
-    std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
-    auto result = make_array<double, -1, 15>(converted.size(), 15);
-    interruptible([&] {
-        bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const bob::Moments found = bob::moments(converted[i].surface, converted[i].loops);
-                double* to = result.data() + 15 * i;
-                *to++ = found.area;
-                to = std::ranges::copy(found.normal, to).out;
-                to = std::ranges::copy(found.position, to).out;
-                std::ranges::copy(found.inside, to);
-            }
-        });
+    auto result = make_array<double, -1, 15>(nb::len(faces), 15);
+    for_each_face(faces, result.data(), 15, [](const bob::Face& face, double* to) {
+        const bob::Moments found = bob::moments(face.surface, face.loops);
+        *to++ = found.area;
+        to = std::ranges::copy(found.normal, to).out;
+        to = std::ranges::copy(found.position, to).out;
+        std::ranges::copy(found.inside, to);
     });
     return result;
 }

@@ -165,6 +165,13 @@ double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Ve
     return reached;
 }
 
+void make_homogeneous(Face& face, const Sphere& sphere) {
+    make_homogeneous<3>(face.surface.control_points, sphere.center, sphere.radius);
+    for (TrimLoop& loop : face.loops) {
+        for (NurbsCurve<2>& curve : loop) make_homogeneous<2>(curve.control_points);
+    }
+}
+
 Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : SurfaceShape(sphere) {
     std::vector<FacePatches> patches;
     for (const Face& face : faces) {
@@ -187,12 +194,7 @@ Brep Brep::of_weighted_points(std::vector<Face> faces, double tolerance) {
             for (const auto& point : face.surface.control_points) add(point.data(), 0);
         }
     });
-    for (Face& face : faces) {
-        make_homogeneous<3>(face.surface.control_points, sphere.center, sphere.radius);
-        for (TrimLoop& loop : face.loops) {
-            for (NurbsCurve<2>& curve : loop) make_homogeneous<2>(curve.control_points);
-        }
-    }
+    for (Face& face : faces) make_homogeneous(face, sphere);
     Brep brep(faces, faces.size() > 1 ? tolerance / sphere.radius : 0, sphere);
     if (brep.pieces_.count == 0) throw std::invalid_argument("faces: expected at least one face of which the trims leave an area, got none");
     return brep;

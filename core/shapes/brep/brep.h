@@ -21,6 +21,9 @@ struct Face {
     std::optional<std::uint32_t> number = std::nullopt;  // equal for pieces of one face; if absent, that in the brep
 };
 
+/// Multiplies control points by their weights, after they are moved and scaled from `sphere` to the unit sphere.
+void make_homogeneous(Face& face, const Sphere& sphere = {});
+
 class Brep : public SurfaceShape {
 public:
     /// The faces' control points are about 1 in size, after normalisation from `sphere`; weights are above 0. Trimmed
