@@ -37,6 +37,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
+from bobrossnet import _core
 from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed, Triangles
@@ -44,9 +45,6 @@ from bobrossnet.adapters.part import Names, Part, placed
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
-
-# Assemblies of assemblies can repeat one part without end.
-MAX_INSTANCES = 100_000
 
 # Of approximations of surfaces and curves of too high a degree.
 MAX_SPANS = 1000
@@ -123,8 +121,8 @@ class _Walk:
     def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None, parent: tuple[str, ...]) -> None:
         """Collect what a label holds; it is of the colour `inherited` where the file gives it none."""
         self.visited += 1
-        if self.visited > MAX_INSTANCES:
-            raise InputError(f"expected at most {MAX_INSTANCES:,} instances of parts, got more")
+        if self.visited > _core.MAX_INSTANCES:  # assemblies of assemblies can repeat one part without end
+            raise InputError(f"expected at most {_core.MAX_INSTANCES:,} instances of parts, got more")
         if not XCAFDoc_ColorTool.IsVisible_s(label):
             self.others["hidden parts"] += 1
             return

@@ -8,12 +8,10 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Piece
-
-# Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
-MAX_ITEMS = 100_000_000
 
 PIECE = 1 << 16
 """Rows that are worked on in one go, since Ctrl-C is noticed only afterwards: some milliseconds."""
@@ -118,7 +116,7 @@ def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
 
 
 def counted(total: int, more: int) -> int:
-    """`total + more`, unless that exceeds `MAX_ITEMS`: stops before a file of copies fills the memory."""
-    if total + more > MAX_ITEMS:
-        raise InputError(f"expected at most {MAX_ITEMS:,} triangles and vertices in all its parts, got more")
+    """`total + more`, unless that exceeds `_core.MAX_ITEMS`: stops before a file of copies fills the memory."""
+    if total + more > _core.MAX_ITEMS:
+        raise InputError(f"expected at most {_core.MAX_ITEMS:,} triangles and vertices in all its parts, got more")
     return total + more

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.adapters.apart import call_apart, check_library, limit
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.adapters.part import Found, Names
@@ -31,7 +32,7 @@ from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
 # A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
-MAX_IN_BLOCKS = 100_000
+MAX_IN_BLOCKS = _core.MAX_INSTANCES
 MAX_LAYERS_DEEP = 100
 
 # Subdivision surfaces become meshes: each step quarters the faces. Twice looks smooth up to the crease angle.
