@@ -176,10 +176,9 @@ LATER = """<!doctype html>
 """
 
 
-def test_properties_set_before_the_module_has_loaded_are_taken_over(browser, folder, host):
+def test_properties_set_before_the_module_has_loaded_are_taken_over(tabs, folder, host):
     (folder / "later.html").write_text(LATER)
-    page = browser.new_context().new_page()
-    page.add_init_script(TOLD)
+    page = tabs.open(TOLD, on={})
     page.goto(f"{host}later.html")
     assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(azimuth=50)))
     assert page.evaluate("() => [view.src, view.getAttribute('alt'), view.camera.azimuth]") == [
@@ -187,7 +186,7 @@ def test_properties_set_before_the_module_has_loaded_are_taken_over(browser, fol
         "A wedge",
         50,
     ]
-    page.context.close()
+    tabs.release(page)
 
 
 STATES = """

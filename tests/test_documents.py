@@ -12,6 +12,7 @@ from subprocess import PIPE, run
 
 import numpy as np
 import pytest
+from modules import MODULES
 from PIL import Image
 
 import bobrossnet as bob
@@ -32,11 +33,6 @@ DOCUMENTS = sorted(
         "src/bobrossnet/weights",
     )
     for path in (ROOT / folder).glob("*.md")
-)
-PACKAGE = Path(bob.__file__).parent
-MODULES = sorted(
-    ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
-    for file in PACKAGE.rglob("*.py")
 )
 
 
