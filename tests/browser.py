@@ -17,6 +17,16 @@ from typing import Any
 import pytest
 from PIL import Image
 
+TOLD = """
+window.told = [];
+for (const name of ["load", "progress", "error", "camera-change", "pick"]) {
+  document.addEventListener(name, ({ type, detail, target }) => {
+    if (target.localName === "bob-view") told.push({ type, detail });
+  }, true);
+}
+"""
+"""Records the events of elements in `told`."""
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 

@@ -46,6 +46,24 @@ def browser():
         yield browser
 
 
+@pytest.fixture
+def new_page(browser):
+    """Return a function that makes pages, each in a context with these settings; none may throw an error."""
+    contexts, wrong = [], []
+
+    def new_page(script="", **settings):
+        contexts.append(browser.new_context(**{"reduced_motion": "reduce", **settings}))  # cameras arrive at once
+        page = contexts[-1].new_page()
+        page.add_init_script(script)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        return page
+
+    yield new_page
+    for context in contexts:
+        context.close()
+    assert wrong == []
+
+
 @pytest.fixture(scope="session")
 def viewer():
     """Start the viewer's server at `url`; tests may add `files` to serve."""

@@ -24,21 +24,17 @@ CONTRASTS = """() => {
 
 
 @pytest.fixture
-def opened(browser, viewer):
+def opened(new_page, viewer):
     """Open the page in a context with these settings."""
-    contexts = []
 
     def opened(**context):
-        contexts.append(browser.new_context(**{"reduced_motion": "reduce", **context}))
-        page = contexts[-1].new_page()
+        page = new_page(**context)
         page.goto(viewer.url + "?size=128x96#scene=csg.sdf")
         page.evaluate("async () => { await bobrossnet.started; await bobrossnet.converged(); }")
         page.evaluate(CONTRASTS)
         return page
 
-    yield opened
-    for context in contexts:
-        context.close()
+    return opened
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

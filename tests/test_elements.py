@@ -1,5 +1,7 @@
 """Many <bob-view> on one page: they share workers, and nothing is done for those that nobody sees."""
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 from browser import picture_at, serving
@@ -56,25 +58,19 @@ def headers(request):
 
 
 @pytest.fixture
-def shown(browser, folder):
+def shown(new_page, folder):
     """Open a page with these elements."""
-    pages, wrong = [], []
+    servers = ExitStack()
 
     def shown(text, headers=None, script=""):
         (folder / "index.html").write_text(PAGE + text)
-        page = browser.new_context(viewport={"width": 640, "height": 480}).new_page()
-        page.add_init_script(WATCH + script)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        server = serving(folder, **(headers or {}))
-        pages.append((page, server))
-        page.goto(server.__enter__())
+        page = new_page(WATCH + script, viewport={"width": 640, "height": 480})
+        page.goto(servers.enter_context(serving(folder, **(headers or {}))))
+        servers.callback(page.context.close)
         return page
 
-    yield shown
-    for page, server in pages:
-        page.context.close()
-        server.__exit__(None, None, None)
-    assert wrong == []
+    with servers:
+        yield shown
 
 
 def elements(count, attributes=""):
