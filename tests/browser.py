@@ -17,6 +17,16 @@ from typing import Any
 import pytest
 from PIL import Image
 
+TOLD = """
+window.told = [];
+for (const name of ["load", "progress", "error", "camera-change", "pick"]) {
+  document.addEventListener(name, ({ type, detail, target }) => {
+    if (target.localName === "bob-view") told.push({ type, detail });
+  }, true);
+}
+"""
+"""Records the events of elements in `told`."""
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -67,9 +77,12 @@ class Tabs:
         self._idle: list[tuple[Any, Any]] = []  # keys and tabs, the last used one last
         self._opened: dict[Any, tuple[Any, dict[str, Any]]] = {}  # the key and the listeners of a tab
 
-    def open(self, *scripts: str, on: dict[str, Any], **settings: Any) -> Any:
-        """Return a tab of a context with these settings, whose pages run the scripts first; listen to its events."""
-        key = scripts, sorted(settings.items())
+    def open(self, *scripts: str, on: dict[str, Any], fresh: bool = False, **settings: Any) -> Any:
+        """Return a tab of a context with these settings, whose pages run the scripts first; listen to its events.
+
+        A fresh tab has a new context, which ends with its page.
+        """
+        key = None if fresh else (scripts, sorted(settings.items()))
         i = next((i for i, (other, _) in enumerate(self._idle) if other == key), None)
         if i is None:
             tab = self._browser.new_context(**settings).new_page()
@@ -85,6 +98,9 @@ class Tabs:
     def release(self, tab: Any) -> None:
         """End the tab's page, and keep the tab for another test if possible."""
         key, on = self._opened.pop(tab)
+        if key is None:
+            tab.context.close()
+            return
         for event, listener in on.items():
             tab.remove_listener(event, listener)
         try:

@@ -73,6 +73,26 @@ def tabs(browser):
     return Tabs(browser)
 
 
+@pytest.fixture
+def new_page(tabs):
+    """Return a function that opens a page which runs these scripts first, with settings of its context.
+
+    No page may throw an error. Cameras arrive at once.
+    """
+    pages, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
+
+    def new_page(*scripts, fresh=False, **settings):
+        settings = {"reduced_motion": "reduce", **settings}
+        pages.append(tabs.open(*scripts, on=listeners, fresh=fresh, **settings))
+        return pages[-1]
+
+    yield new_page
+    for page in pages:
+        tabs.release(page)
+    assert wrong == []
+
+
 @pytest.fixture(scope="session")
 def viewer():
     """Start the viewer's server at `url`; tests may add `files` to serve."""

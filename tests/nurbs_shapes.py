@@ -15,11 +15,11 @@ HALF_WEIGHTS = CIRCLE_WEIGHTS[:5]
 HALF_KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 2], float)
 
 
-def revolved(profile, weights, knots, trims=None):
+def revolved(profile, weights, knots):
     """Revolve a curve (n, 2) of (radius, z) about z: v is the angle, four quarters in 0..4."""
     around = profile[:, None, :1] * CIRCLE
     points = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
-    return bob.Face(points, knots, CIRCLE_KNOTS, np.outer(weights, CIRCLE_WEIGHTS), trims)
+    return bob.Face(points, knots, CIRCLE_KNOTS, np.outer(weights, CIRCLE_WEIGHTS))
 
 
 def sphere(radius=1.0, center=(0, 0, 0)):

@@ -24,21 +24,17 @@ CONTRASTS = """() => {
 
 
 @pytest.fixture
-def opened(tabs, viewer):
+def opened(new_page, viewer):
     """Open the page in a context with these settings."""
-    pages = []
 
-    def opened(**settings):
-        page = tabs.open(on={}, **{"reduced_motion": "reduce", **settings})
-        pages.append(page)
+    def opened(**context):
+        page = new_page(**context)
         page.goto(viewer.url + "?size=128x96#scene=csg.sdf")
         page.evaluate("async () => { await bobrossnet.started; await bobrossnet.converged(); }")
         page.evaluate(CONTRASTS)
         return page
 
-    yield opened
-    for page in pages:
-        tabs.release(page)
+    return opened
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -4,11 +4,13 @@ import os
 import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
 import torch
 from safetensors.numpy import save_file
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -139,15 +141,8 @@ def test_more_pixels_make_a_better_picture(tree):
 
 def test_threads_do_not_matter(tree, pyramid):
     part = bob.trace(tree, size=(123, 217), fraction=0.1)
-    threads = bob.thread_count()
     for model in ("filling", "paper", pyramid):
-        try:
-            images = []
-            for count in (1, 2, 5):
-                bob.set_thread_count(count)
-                images.append(bob.complete(part, model=model))
-        finally:
-            bob.set_thread_count(threads)
+        images = with_threads((1, 2, 5), partial(bob.complete, part, model=model))
         assert np.array_equal(images[0], images[1])
         assert np.array_equal(images[0], images[2])
 

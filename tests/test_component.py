@@ -5,7 +5,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from browser import picture_at, serving
+from browser import TOLD, picture_at, serving
 from PIL import Image
 
 import bobrossnet as bob
@@ -19,15 +19,6 @@ FIVE_LINES = """<!doctype html>
 <script type="module" src="bob/component/bob-view.js"></script>
 <style>body {{ margin: 0; background: #35a }} bob-view {{ width: {width}px; height: {height}px }}</style>
 <bob-view {attributes}></bob-view>
-"""
-
-TOLD = """
-window.told = [];
-for (const name of ["load", "progress", "error", "camera-change"]) {
-  document.addEventListener(name, ({ type, detail, target }) => {
-    if (target.localName === "bob-view") told.push({ type, detail });
-  }, true);
-}
 """
 
 COUNT_WORKERS = """
@@ -89,24 +80,17 @@ def host(folder):
 
 
 @pytest.fixture
-def shown(tabs, folder, host):
+def shown(new_page, folder, host):
     """Open a page of five lines with an element of these attributes."""
-    pages, wrong = [], []
-    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
-    def shown(attributes, script="", size=(WIDTH, HEIGHT), **settings):
-        settings = {"reduced_motion": "reduce", **settings}  # cameras arrive at once
-        page = tabs.open(TOLD, script, on=listeners, **settings)
-        pages.append(page)
+    def shown(attributes, script="", size=(WIDTH, HEIGHT), **context):
+        page = new_page(TOLD, script, **context)
         text = FIVE_LINES.format(attributes=attributes, width=size[0], height=size[1])
         (folder / "index.html").write_text(text)
         page.goto(host)
         return page
 
-    yield shown
-    for page in pages:
-        tabs.release(page)
-    assert wrong == []
+    return shown
 
 
 def exact(page):
@@ -176,9 +160,9 @@ LATER = """<!doctype html>
 """
 
 
-def test_properties_set_before_the_module_has_loaded_are_taken_over(tabs, folder, host):
+def test_properties_set_before_the_module_has_loaded_are_taken_over(new_page, folder, host):
     (folder / "later.html").write_text(LATER)
-    page = tabs.open(TOLD, on={})
+    page = new_page(TOLD)
     page.goto(f"{host}later.html")
     assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(azimuth=50)))
     assert page.evaluate("() => [view.src, view.getAttribute('alt'), view.camera.azimuth]") == [
@@ -186,7 +170,6 @@ def test_properties_set_before_the_module_has_loaded_are_taken_over(tabs, folder
         "A wedge",
         50,
     ]
-    tabs.release(page)
 
 
 STATES = """
@@ -287,13 +270,12 @@ def test_elements_that_leave_end_their_workers(shown, folder):
     assert told(page, "error") == []
 
 
-def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
+def test_the_package_may_be_on_another_server(new_page, folder, tmp_path):
     with serving(folder, Access_Control_Allow_Origin="*") as elsewhere, serving(tmp_path) as here:
         wedge().save(tmp_path / "wedge.stl")  # its reader needs further modules
         text = FIVE_LINES.format(attributes='src="wedge.stl"', width=WIDTH, height=HEIGHT)
         (tmp_path / "index.html").write_text(text.replace('"bob/', f'"{elsewhere}bob/'))
-        page = browser.new_context().new_page()
-        page.add_init_script(TOLD)
+        page = new_page(TOLD)
         page.goto(here)
         assert_shows(page, expected(bob.load(tmp_path / "wedge.stl")))
         page.context.close()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import picture_at, serving
+from browser import TOLD, picture_at, serving
 from PIL import Image
 
 import bobrossnet as bob
@@ -18,15 +18,6 @@ PAGE = """<!doctype html>
 <script type="module" src="bob/component/bob-view.js"></script>
 <style>body {{ margin: 0; height: {page} }} bob-view {{ width: {width}px; height: {height}px }}</style>
 <bob-view alt="A box" samples="1" camera-controls {attributes}>{children}</bob-view>
-"""
-
-TOLD = """
-window.told = [];
-for (const name of ["load", "progress", "error", "camera-change", "pick"]) {
-  document.addEventListener(name, ({ type, detail, target }) => {
-    if (target.localName === "bob-view") told.push({ type, detail });
-  }, true);
-}
 """
 
 VIEW = "document.querySelector('bob-view')"
@@ -63,15 +54,11 @@ def host(folder):
 
 
 @pytest.fixture
-def shown(tabs, folder, host):
+def shown(new_page, folder, host):
     """Open a page with an element of these attributes; `page` is the page's height."""
-    opened, wrong = [], []
-    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
-    def shown(attributes='src="two.bob"', page="3000px", children="", script="", **settings):
-        settings = {"reduced_motion": "reduce", "viewport": {"width": 800, "height": 600}, **settings}
-        tab = tabs.open(TOLD, script, on=listeners, **settings)
-        opened.append(tab)
+    def shown(attributes='src="two.bob"', page="3000px", children="", script="", **context):
+        tab = new_page(TOLD, script, **{"viewport": {"width": 800, "height": 600}, **context})
         (folder / "index.html").write_text(
             PAGE.format(attributes=attributes, page=page, width=WIDTH, height=HEIGHT, children=children)
         )
@@ -79,10 +66,7 @@ def shown(tabs, folder, host):
         tab.wait_for_function("() => told.some(({ type }) => type === 'load')")
         return tab
 
-    yield shown
-    for tab in opened:
-        tabs.release(tab)
-    assert wrong == []
+    return shown
 
 
 def camera(page):

@@ -181,10 +181,10 @@ def lines_between(drawing, size):
     return across, down
 
 
-def check_lines(scene, camera, size=SIZE):
+def check_lines(scene, camera):
     """Check that a line runs between all neighbours of different faces; return the number of such neighbours."""
-    lines = lines_between(bob.draw(scene, camera, size=size), size)
-    changes = neighbours_differ(scene, camera, size)
+    lines = lines_between(bob.draw(scene, camera, size=SIZE), SIZE)
+    changes = neighbours_differ(scene, camera, SIZE)
     for change, line in zip(changes, lines, strict=True):
         assert (change & ~line).sum() == 0
     return sum(change.sum() for change in changes)

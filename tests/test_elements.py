@@ -1,5 +1,7 @@
 """Many <bob-view> on one page: they share workers, and nothing is done for those that nobody sees."""
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 from browser import picture_at, serving
@@ -56,24 +58,18 @@ def headers(request):
 
 
 @pytest.fixture
-def shown(tabs, folder):
+def shown(new_page, folder):
     """Open a page with these elements."""
-    pages, wrong = [], []
+    servers = ExitStack()
 
     def shown(text, headers=None, script=""):
         (folder / "index.html").write_text(PAGE + text)
-        listeners = {"pageerror": lambda error: wrong.append(str(error))}
-        page = tabs.open(WATCH, script, on=listeners, viewport={"width": 640, "height": 480})
-        server = serving(folder, **(headers or {}))
-        pages.append((page, server))
-        page.goto(server.__enter__())
+        page = new_page(WATCH, script, viewport={"width": 640, "height": 480})
+        page.goto(servers.enter_context(serving(folder, **(headers or {}))))
         return page
 
-    yield shown
-    for page, server in pages:
-        tabs.release(page)
-        server.__exit__(None, None, None)
-    assert wrong == []
+    with servers:
+        yield shown
 
 
 def elements(count, attributes=""):

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -100,14 +101,7 @@ def test_flat_light_stays_flat_at_any_size(size, count, light):
 def test_threads_and_instruction_sets_agree(tiled, every_instruction_set):
     full, color, guides = tiled
     part = part_of(full, color, 0.1, guides=guides)
-    threads = bob.thread_count()
-    results = []
-    try:
-        for count in (1, 2, 3):
-            bob.set_thread_count(count)
-            results.append(complete_guided(part, "color"))
-    finally:
-        bob.set_thread_count(threads)
+    results = with_threads((1, 2, 3), lambda: complete_guided(part, "color"))
     assert np.array_equal(results[0], results[1])
     assert np.array_equal(results[0], results[2])
     for name in every_instruction_set:

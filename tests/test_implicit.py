@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from models import MODELS, needs_models
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core, sdf
@@ -738,13 +739,8 @@ def test_neither_order_nor_threads_matter():
         for order in ((0, 1, 2, 3, 4), (4, 3, 2, 1, 0), (2, 0, 3, 4, 1))
     ]
     assert pictures[0] == pictures[1] == pictures[2]
-    threads = bob.thread_count()
-    try:
-        for count in (1, 2, 5):
-            bob.set_thread_count(count)
-            assert bob.trace(crowd(), size=SIZE) == pictures[0]  # building the cells uses this number of threads too
-    finally:
-        bob.set_thread_count(threads)
+    # Building the cells uses this number of threads, too.
+    assert with_threads((1, 2, 5), lambda: bob.trace(crowd(), size=SIZE)) == [pictures[0]] * 3
 
 
 @pytest.mark.parametrize("shapes", [knot, crowd, lambda: sdf.sphere(1).shell(0.001) - sdf.box(1.2)])

@@ -6,6 +6,7 @@ import numpy as np
 import nurbs_shapes as nurbs
 import pytest
 from PIL import Image
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
@@ -360,8 +361,8 @@ def test_bad_glass_is_named():
 # ---- Environments ----------------------------------------------------------------------------------------
 
 
-def sun_map(height=32, width=64):
-    texels = np.full((height, width, 3), 0.1, np.float32)
+def sun_map():
+    texels = np.full((32, 64, 3), 0.1, np.float32)
     texels[6, 40] = (900, 800, 700)
     return texels
 
@@ -449,8 +450,8 @@ def turned(degrees):
     return bob.Camera(azimuth=30 + degrees, zoom=0.8)
 
 
-def truth_of(scene, light, camera, size, paths=192):
-    tracer = LitTracer(scene, camera, size, light, ground=True, paths=paths, seed=77)
+def truth_of(scene, light, camera, size):
+    tracer = LitTracer(scene, camera, size, light, ground=True, paths=192, seed=77)
     return finished(traced_light(tracer, 1.0, "lattice", 0, None), scene, camera, **PLAIN)
 
 
@@ -562,14 +563,7 @@ def test_a_scene_carries_its_light():
 
 def test_traced_light_is_the_first_of_progressive_and_of_any_number_of_threads():
     scene = bob.Scene(bob.happy_tree())
-    parts = []
-    count = bob.thread_count()
-    try:
-        for threads in (1, 3):
-            bob.set_thread_count(threads)
-            parts.append(bob.trace(scene, size=SIZE, fraction=0.3, light="studio"))
-    finally:
-        bob.set_thread_count(count)
+    parts = with_threads((1, 3), lambda: bob.trace(scene, size=SIZE, fraction=0.3, light="studio"))
     assert parts[0] == parts[1]
     other = bob.trace(scene, size=SIZE, fraction=0.3, light="studio", seed=1)
     assert not np.array_equal(other.planes, parts[0].planes)

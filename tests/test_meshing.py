@@ -9,6 +9,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nurbs_shapes import CIRCLE, CIRCLE_KNOTS, CIRCLE_WEIGHTS, cylinder, sphere, torus
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -118,13 +119,7 @@ def test_whatever_the_formula_edges_have_two_triangles(seed, cells):
 
 
 def test_threads_make_no_difference():
-    count = bob.thread_count()
-    try:
-        bob.set_thread_count(1)
-        one = csg().mesh(0.05)
-    finally:
-        bob.set_thread_count(count)
-    several = csg().mesh(0.05)
+    one, several = with_threads((1, bob.thread_count()), lambda: csg().mesh(0.05))
     assert np.array_equal(one.vertices, several.vertices)
     assert np.array_equal(one.triangles, several.triangles)
 

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from thread_counts import with_threads
 
 import bobrossnet as bob
 
@@ -93,14 +94,11 @@ def test_a_jump_is_no_worse_than_a_new_picture(scene):
 
 
 def test_any_number_of_threads(scene):
-    pictures = []
-    threads = bob.thread_count()
-    for count in (1, 3):
-        bob.set_thread_count(count)
+    def frames():
         view = bob.View(scene, size=SIZE, seed=5)
-        pictures.append([view.frame(camera, fraction=0.03).image for camera in orbit(4, 3)])
-    bob.set_thread_count(threads)
-    assert np.array_equal(*pictures)
+        return [view.frame(camera, fraction=0.03).image for camera in orbit(4, 3)]
+
+    assert np.array_equal(*with_threads((1, 3), frames))
 
 
 def test_by_time(scene):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import ndimage, stats
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet.picture.order import DEFAULT_ORDER, FIXED_ORDERS
@@ -59,15 +60,7 @@ def test_seeds_differ(order):
 
 @EVERY_ORDER
 def test_threads_do_not_matter(order):
-    threads = bob.thread_count()
-    results = []
-    try:
-        for count in (1, 3):
-            bob.set_thread_count(count)
-            results.append(bob.pixel_order((300, 400), order=order, seed=5))
-    finally:
-        bob.set_thread_count(threads)
-    assert np.array_equal(*results)
+    assert np.array_equal(*with_threads((1, 3), lambda: bob.pixel_order((300, 400), order=order, seed=5)))
 
 
 @EVERY_ORDER

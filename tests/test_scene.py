@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import MODELS, needs_models
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet.shapes.affine import mapped, rotation
@@ -85,14 +86,7 @@ def test_names_are_for_people_only():
 
 
 def test_threads_and_fractions_do_not_matter():
-    threads = bob.thread_count()
-    try:
-        pictures = []
-        for count in (1, 2, 5):
-            bob.set_thread_count(count)
-            pictures.append(bob.trace(crowd(), size=(300, 400)))
-    finally:
-        bob.set_thread_count(threads)
+    pictures = with_threads((1, 2, 5), lambda: bob.trace(crowd(), size=(300, 400)))
     assert pictures[0] == pictures[1] == pictures[2]
     assert bob.trace(crowd(), size=(300, 400), fraction=0.1, seed=3) == pictures[0].sample(0.1, seed=3)
 

@@ -51,15 +51,13 @@ def assert_shows(found, scene):
 
 
 @pytest.fixture
-def page(browser):
+def page(new_page):
     """Return a page checked for errors, and its requests."""
-    page = browser.new_page(viewport={"width": 320, "height": 240})
+    page = new_page(fresh=True, viewport={"width": 320, "height": 240})
     page.wrong, page.asked = [], []
-    page.on("pageerror", lambda error: page.wrong.append(str(error)))
     page.on("console", lambda entry: entry.type == "error" and page.wrong.append(entry.text))
     page.on("request", lambda request: page.asked.append(request.url))
     yield page
-    page.close()
     assert page.wrong == []
 
 

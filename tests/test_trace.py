@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import MODELS, needs_models
+from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet.support.errors import InputError
@@ -68,14 +69,7 @@ def test_no_other_pixels(tree, pixels, message):
 
 
 def test_threads_do_not_matter(tree):
-    threads = bob.thread_count()
-    try:
-        pictures = []
-        for count in (1, 2, 7):
-            bob.set_thread_count(count)
-            pictures.append(bob.trace(tree, size=SIZE))
-    finally:
-        bob.set_thread_count(threads)
+    pictures = with_threads((1, 2, 7), lambda: bob.trace(tree, size=SIZE))
     assert pictures[0] == pictures[1] == pictures[2]
 
 

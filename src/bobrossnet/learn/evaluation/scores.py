@@ -157,11 +157,11 @@ class Evaluation:
             )
         return self._markdown(rows)
 
-    def error_table(self, run: str | Run, metric: str = "ssim") -> str:
+    def error_table(self, run: str | Run) -> str:
         """Return the change of a run's error from each of its `rivals`, in percent, as a markdown table."""
         rows = []
         for rival in rivals(self.scores, run):
-            changes = 100 * self.change_of_error(run, rival, metric)
+            changes = 100 * self.change_of_error(run, rival)
             rows.append([f"from {label(self.scores, rival)}", *(plus_minus(mean, half, 1) for mean, half in changes)])
         return self._markdown(rows)
 

@@ -145,14 +145,13 @@ def surface(
     return bob.Face(net, knots[0], knots[1], weights, trims)
 
 
-def revolved(profile: Any, knots: Any, weights: Any = None, trims: Any = None) -> bob.Face:
+def revolved(profile: Any, knots: Any, weights: Any = None) -> bob.Face:
     """Return the surface of revolution about z (section 8.5) of a curve of (n, 2) radii and heights. v is the angle."""
     profile = np.asarray(profile, np.float64)
     around = profile[:, None, :1] * CIRCLE
     net = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
-    return bob.Face(
-        net, knots, CIRCLE_KNOTS, np.outer(np.ones(len(profile)) if weights is None else weights, CIRCLE_WEIGHTS), trims
-    )
+    along = np.ones(len(profile)) if weights is None else weights
+    return bob.Face(net, knots, CIRCLE_KNOTS, np.outer(along, CIRCLE_WEIGHTS))
 
 
 def lathe(profile: Any, degree: int = 1) -> bob.Brep:
