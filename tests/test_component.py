@@ -278,7 +278,6 @@ def test_the_package_may_be_on_another_server(new_page, folder, tmp_path):
         page = new_page(TOLD)
         page.goto(here)
         assert_shows(page, expected(bob.load(tmp_path / "wedge.stl")))
-        page.context.close()
 
 
 def test_converged_of_a_scene_that_fails_is_rejected(shown):
