@@ -246,7 +246,7 @@ def test_pack_the_built_in_scene(tmp_path):
     ("name", "told"),
     [
         ("paper", ["10,346", "(80, 5, 3, 3)", "adadelta"]),
-        ("default", ["59,600", "(32, 8, 3, 3)", "lattice+uniform", "by-detail"]),
+        ("default", ["59,600", "(32, 8, 3, 3)", "adaptive+lattice+uniform", "ssim+l1"]),
         ("small", ["16,060", "features    4,8,8,16,16,16", "(4, 14, 3, 3)"]),
         ("filling", ["network     filling", "mask,gray"]),
     ],
