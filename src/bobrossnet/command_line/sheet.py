@@ -20,7 +20,7 @@ def add(commands: Any) -> None:
     sheet = commands.add_parser(
         "sheet",
         help="draw views of shapes to one scale, with dimensions",
-        description="Draw orthographic views of shapes to one scale, with edges, dimensions, sections and names of parts.",
+        description="Draw orthographic views of shapes to one scale, with edges, dimensions and names of parts.",
     )
     sheet.set_defaults(run=run)
     arguments.add_files(sheet)
