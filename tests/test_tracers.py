@@ -1,5 +1,7 @@
 """User tracers: pictures of any range and depth in any unit, lit backgrounds, and throughput."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -320,3 +322,24 @@ def test_a_tracer_can_not_change_the_pixels_that_it_is_given(tree, batch):
         next(bob.progressive(tracer=tracer, size=size, fraction=0.2))
     with pytest.raises(ValueError, match=r"^assignment destination is read-only$"):
         bob.View(tracer=of_camera, size=size).frame(fraction=0.2)
+
+
+def test_completing_takes_a_small_share_where_nobody_asks_for_frames(tree):
+    """Frames of 33 ms take twice the time of the tracer alone."""
+    size, seconds = (240, 320), 2e-5
+    full = bob.trace(tree, size=size)
+    spent = 0.0
+
+    def tracer(pixels):
+        nonlocal spent
+        start = time.thread_time()
+        samples = bob.Samples(gray=full.gray[tuple(pixels.T)])
+        while time.thread_time() - start < seconds * len(pixels):
+            pass
+        spent += time.thread_time() - start
+        return samples
+
+    start = time.process_time()
+    *_, frame = bob.progressive(tracer=tracer, size=size)
+    assert np.array_equal(frame.image, full.gray)
+    assert time.process_time() - start < 1.3 * spent

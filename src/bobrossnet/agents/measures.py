@@ -140,15 +140,15 @@ def differences(first: Scene, second: Scene, camera: Camera, both: Scene, size: 
     """Draw where two scenes differ, (H, W, 3): red where only the first has a surface, blue where only the second, and
     else from gray to orange by the difference of depth. The camera is that of a scene of `both`."""
     depths = _depths(first, second, camera, both, size)
-    hit = np.isfinite(depths)
+    first_hit, second_hit = np.isfinite(depths)
     apart = _apart(depths)
     picture = np.full((*size, 3), 255, np.uint8)
     share = (apart / max(float(apart.max(initial=0)), 1e-5 * both.radius))[..., None]
     surfaces = ((1 - share) * 200 + share * APART).astype(np.uint8)
     for where, color in (
-        (hit.all(axis=0), surfaces),
-        (hit[0] & ~hit[1], np.array(ONLY_FIRST, np.uint8)),
-        (hit[1] & ~hit[0], np.array(ONLY_SECOND, np.uint8)),
+        (first_hit & second_hit, surfaces),
+        (first_hit & ~second_hit, np.array(ONLY_FIRST, np.uint8)),
+        (second_hit & ~first_hit, np.array(ONLY_SECOND, np.uint8)),
     ):
         picture = np.where(where[..., None], color, picture)
     return picture

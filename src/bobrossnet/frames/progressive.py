@@ -61,7 +61,8 @@ def progressive(
     size : (height, width) or "WIDTHxHEIGHT", optional
         By default the tracer's size, or (480, 640).
     frame_ms : float above 0, optional
-        Time for each frame in milliseconds; the number of pixels adapts. 33 if both this and `fraction` are omitted.
+        Time for each frame in milliseconds; the number of pixels adapts. 33 if both this and `fraction` are omitted;
+        frames of your own tracer then become longer, so that completing adds less than a tenth to its time.
         Each frame completes its picture, traces for at least a quarter of the completion's time, and traces enough
         pixels to repay the fixed cost of a call. A smaller budget is overrun.
     fraction : float in (0, 1], optional
@@ -132,7 +133,17 @@ def progressive(
     if at_first == size[0] * size[1]:  # no choice of pixels, and no second round
         sequence = PixelSequence(size, "lattice", seed)
     turns = order == "default" and guides is None and count is None
-    picture = PartialPicture(Calls(tracer), size, layout, sequence, planner, "adaptive", turns=turns, guides=guides)
+    picture = PartialPicture(
+        Calls(tracer),
+        size,
+        layout,
+        sequence,
+        planner,
+        "adaptive",
+        turns=turns,
+        guides=guides,
+        is_patient=frame_ms is None and scene is None,
+    )
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     if turns:
