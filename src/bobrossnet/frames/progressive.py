@@ -10,6 +10,7 @@ from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls
 from bobrossnet.frames.frame import Frame, PartialPicture
 from bobrossnet.frames.planner import Planner
+from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
@@ -34,6 +35,7 @@ def progressive(
     until: float = 0,
     order: str = "default",
     seed: int = 0,
+    samples: int = 1,
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
@@ -78,6 +80,11 @@ def progressive(
         Order in which pixels are traced, as in `trace`. Where `frame_ms` has time for many rays, "default" is
         "adaptive" in its first round only, and then subdivides squares with different pixels row by row, which is
         faster.
+    samples : int, 1..64
+        Samples of your own tracer in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Above 1, the tracer is asked
+        for positions instead of pixels, (m, 2) float64 rows and columns, where integers are pixel centres. Light is
+        averaged over each pixel; depth, normal, albedo and hit are those next to its centre. `batch` then counts
+        positions. `render` antialiases scenes.
     model : str or path
         As in `complete`; or "auto", for each frame the default or the filling, whichever has less error in its time.
         Under another light than the headlight, pictures are completed along first hits instead.
@@ -107,6 +114,9 @@ def progressive(
             raise InputError("camera: expected none with a tracer, which has its own")
         if not callable(tracer):
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+    positions = Positions(samples)
+    if tracer is None and len(positions) > 1:
+        raise InputError("samples: expected 1 with a scene, got more; render antialiases scenes")
     size = _size_of(tracer, size)
     guides, name = None, model if isinstance(model, str) else None
     lit = None
@@ -134,7 +144,7 @@ def progressive(
         sequence = PixelSequence(size, "lattice", seed)
     turns = order == "default" and guides is None and count is None
     picture = PartialPicture(
-        Calls(tracer),
+        Calls(tracer, positions if len(positions) > 1 else None),
         size,
         layout,
         sequence,
