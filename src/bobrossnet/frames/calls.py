@@ -97,7 +97,7 @@ class Calls:
         places: NDArray[Any] = asked if self.positions is None else self._filled.padded(self.positions.of(asked))
         places = places.view()
         places.flags.writeable = False  # pixels later index the arrays that receive the samples
-        returned = self.tracer(places)  # type: ignore[arg-type]  # positions are floats
+        returned = self.tracer(places)
         call = Call(pixels, len(asked), len(places), is_first, began, returned, _future(returned))
         self.under_way.append(call)
         if call.future is None:
