@@ -12,7 +12,7 @@ from typing import Any
 from bobrossnet.command_line import arguments
 
 QUICK_SHAPES, QUICK_FRACTIONS, QUICK_SECONDS = 24, (0.01, 0.05, 0.25), 60.0
-"""Of `evaluate --quick`: half of two minutes is left for the last pictures and for the costs of the model."""
+"""Of `evaluate --quick`: half of two minutes is left for the start of the libraries and for the last pictures."""
 
 
 def add_commands(commands: Any) -> None:
@@ -263,7 +263,9 @@ def _evaluate(options: argparse.Namespace) -> None:
             result = evaluate_scenes(own_scenes(given.pop("limit")), models, **given)
         else:
             result = evaluate_folder(options.place, models, **given)
-    parts = [str(result), cost_table(measure_costs(models))]
+    parts = [str(result)]
+    if not options.quick:  # costs take as long as the pictures
+        parts.append(cost_table(measure_costs(models)))
     if options.stability:
         if options.place is None:
             raise InputError("--stability: expected with a PLACE, got none")
