@@ -160,7 +160,7 @@ def sheet(
         The first words of the bottom line. Size, number of parts and, of meshes and NURBS, the volume follow. By
         default the scene's description.
     unit : str, optional
-        Follows the dimensions, such as "mm"; by default that of the scene.
+        Follows the dimensions, such as "mm"; by default the scene's.
     edges : bool
         Draw edges, as in `draw`.
     names : bool
