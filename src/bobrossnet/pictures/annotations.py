@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import floor, hypot, log10
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
+from typing import Any
 
 INK, GRAY, RED, PAPER = (20, 24, 32), (110, 118, 130), (176, 32, 32), (255, 255, 255)
 
@@ -44,14 +41,14 @@ class Annotations:
 
     Parameters
     ----------
-    draw : ImageDraw
+    draw : ImageDraw of Pillow
     line : int
         Height of a line of text in pixels.
     unit : str
         Follows lengths.
     """
 
-    def __init__(self, draw: ImageDraw, line: int, unit: str) -> None:
+    def __init__(self, draw: Any, line: int, unit: str) -> None:
         self._draw, self._line, self._unit, self._font = draw, line, unit, font(line)
 
     def label(self, place: Place, text: str, color: Color, anchor: str) -> None:
