@@ -58,6 +58,7 @@ bench: $(VENV)/installed-test
 	$(BIN)/python bench/motion.py
 	$(BIN)/python bench/color.py
 	$(BIN)/python bench/everyday.py
+	$(BIN)/python bench/views.py
 	$(BIN)/python bench/tracers.py
 	$(BIN)/python bench/async_tracers.py
 	$(BIN)/python bench/learn.py

@@ -3,7 +3,7 @@
     pip install '.[mitsuba]'
     python examples/mitsuba_preview.py
 
-writes a picture completed from 5 % of the pixels, and others from growing shares; and mitsuba.png, which shows the
+writes cornell.png, first completed from 5 % of the pixels, then from growing shares; and mitsuba.png, which shows the
 first one's traced pixels, the first and the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM, but more time.
 """
 
@@ -36,11 +36,10 @@ def main() -> None:
     mi.set_variant(os.environ.get("MITSUBA_VARIANT", "llvm_ad_rgb"))
     tracer = mitsuba.tracer(cornell_box(), spp=32)
     first = None
-    for number, frame in enumerate(bob.progressive(tracer=tracer, first=0.05, fraction=0.25)):
+    for frame in bob.progressive(tracer=tracer, first=0.05, fraction=0.25):
         first = first or frame
-        name = f"cornell-{number}.png"
-        write_picture(name, color_to_8_bit(frame.color))
-        print(f"{name}: {100 * frame.fraction:.1f} % traced in {1000 * frame.seconds:.0f} ms")
+        frame.save("cornell.png")
+        print(f"cornell.png: {100 * frame.fraction:.1f} % traced in {1000 * frame.seconds:.0f} ms")
     assert first is not None
     panels = [
         (traced_on_green(first.gbuffer), f"traced: {100 * first.fraction:.1f} %"),

@@ -2,14 +2,13 @@
 
     python examples/your_own_tracer.py
 
-writes a picture every tenth of a second; the first is complete after a few percent of the rays.
+writes torus.png every tenth of a second; the first is complete after a few percent of the rays, the last exact.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.picture.files import to_8_bit, write_picture
 
 HEIGHT, WIDTH = SIZE = (480, 640)
 RING, TUBE = 0.65, 0.28  # in the unit sphere, viewed from (0, -1, 1)
@@ -44,10 +43,9 @@ def trace(pixels: NDArray[np.int32]) -> bob.Samples:
 
 
 def main() -> None:
-    for number, frame in enumerate(bob.progressive(tracer=trace, size=SIZE, frame_ms=100)):
-        name = f"torus-{number:02}.png"
-        write_picture(name, to_8_bit(frame.image))
-        print(f"{name}: {100 * frame.fraction:.1f} % traced in {1000 * frame.seconds:.0f} ms")
+    for frame in bob.progressive(tracer=trace, size=SIZE, frame_ms=100):
+        frame.save("torus.png", background="#000000")
+        print(f"torus.png: {100 * frame.fraction:.1f} % traced in {1000 * frame.seconds:.0f} ms")
 
 
 if __name__ == "__main__":

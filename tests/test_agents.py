@@ -5,8 +5,14 @@ import base64
 import io
 import json
 import os
+import shutil
+import socket
+import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +20,15 @@ from mcp import StdioServerParameters
 from mcp.client import Client
 from mcp.client.stdio import stdio_client
 from PIL import Image
+from processes import COMMAND, running
 
 import bobrossnet as bob
-from bobrossnet.agents.measures import closed_volume
 from bobrossnet.agents.server import server
-from bobrossnet.sdf import X, box, cylinder
+from bobrossnet.agents.workspace import Workspace
+from bobrossnet.measuring.volumes import closed_volume
+from bobrossnet.sdf import X, Z, box, capped_cylinder, cylinder
+
+needs_cad = pytest.mark.skipif(find_spec("OCP") is None, reason="OpenCascade is not installed")
 
 PLATE = box((6, 4, 1)) - cylinder(0.8).translate(1.5 * X)
 
@@ -36,6 +46,18 @@ def folder(tmp_path_factory):
     plate = bob.load_mesh(folder / "plate.stl")
     bob.Mesh(plate.vertices, plate.triangles[:, ::-1]).save(folder / "inside_out.stl")
     bob.Mesh(plate.vertices, plate.triangles[:-40]).save(folder / "open.stl")
+    # One face of the plate, its top, is inside out.
+    flipped = plate.triangles.copy()
+    top = (plate.vertices[flipped][..., 2] > 0.499).all(axis=1)
+    flipped[top] = flipped[top, ::-1]
+    bob.Mesh(plate.vertices, flipped).save(folder / "inverted_face.stl")
+    pin = capped_cylinder(-Z, Z, 0.8).mesh(0.1)
+    thick_pin = capped_cylinder(-Z, Z, 0.9).mesh(0.1)
+    for name, part in {"fits": pin, "collides": thick_pin}.items():
+        parts = [bob.Instance(plate, name="plate"), bob.Instance(part, name="pin").translate(1.5 * X + (0, 0, 0.2))]
+        bob.save_scene(bob.Scene(parts), folder / f"{name}.bob")
+    for name in ("step-tessellated/solid-and-triangles.step", "3mf-build-of-parts/box.3mf"):
+        shutil.copy(Path(__file__).parent / "cases" / name, folder)
     return folder
 
 
@@ -121,7 +143,7 @@ def test_picking_and_measuring(calls):
         ("measure", {"first": [60, 60], "second": [180, 60]}),
         ("measure", {"first": [60, 60], "second": [0, 0]}),
     )
-    assert edge["hit"]["name"] == "plate.stl"
+    assert edge["hit"]["part"] == "plate.stl"
     assert edge["hit"]["point"][2] == pytest.approx(0.5, abs=1e-3)
     assert np.allclose(edge["hit"]["normal"], (0, 0, 1), atol=1e-3)
     assert hole == {"hit": None}
@@ -167,8 +189,8 @@ def test_files_elsewhere_are_refused(calls, folder, name):
         ("look", {}, "file, script: expected one of them"),
         ("look", {"script": "sphere(1)", "size": "4000x10"}, "size: expected at most 2048 pixels a side, got 4000x10"),
         ("look", {"script": "sphere(1)", "views": ["above"]}, "views: expected one of front, "),
-        ("pick", {"row": 0, "column": 0}, "pick: expected a picture of a single view before"),
-        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected a picture of a single view before"),
+        ("pick", {"row": 0, "column": 0}, "pick: expected a picture before; call look"),
+        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected a picture before; call look"),
         ("mesh", {"out": "x.doc", "script": "sphere(1)"}, "x.doc: "),
     ],
 )
@@ -178,17 +200,26 @@ def test_bad_calls_are_one_line(calls, tool, settings, message):
     assert "\n" not in said
 
 
-def test_five_faults_are_told_apart(calls):
-    names = ("plate", "inside_out", "open")
-    plate, inside_out, opened = calls(*(("describe", {"file": f"{name}.stl"}) for name in names))
+def test_the_five_faults_of_the_document(calls):
+    """docs/agents.md has these numbers."""
+    names = ("plate", "thick", "inside_out", "inverted_face", "open")
+    plate, thick, inside_out, inverted, opened = calls(*(("describe", {"file": f"{name}.stl"}) for name in names))
     volume = 6 * 4 - np.pi * 0.8**2
-    assert plate["parts"][0]["volume"] == pytest.approx(volume, rel=0.01)
+    assert plate["volume"] == plate["parts"][0]["volume"] == pytest.approx(volume, rel=0.01)
+    assert thick["size"] == [6, 4, 1.2]
     assert inside_out["parts"][0]["inside_out"] is True
-    assert opened["parts"][0]["closed"] is False
+    assert "inside_out" not in plate["parts"][0]
+    part = inverted["parts"][0]
+    assert (part["closed"], part["open_edges"]) == (False, 0)
+    assert part["flipped_edges"] > 100
+    part = opened["parts"][0]
+    assert (part["closed"], part["flipped_edges"]) == (False, 0)
+    assert part["open_edges"] > 10
 
-    seconds = ("plate", "no_hole", "thick", "mirrored")
-    wanted = [{"first": "plate.stl", "second": f"{name}.stl", "size": "256x128"} for name in seconds]
-    same, hole, thick, mirrored = (numbers for _, numbers in calls(*(("compare", each) for each in wanted)))
+    wanted = [{"first": "plate.stl", "second": f"{name}.stl", "size": "384x128"} for name in ("plate", "no_hole")]
+    wanted += [{"first": "plate.stl", "second": f"{name}.stl", "size": "384x128"} for name in ("thick", "mirrored")]
+    answers = calls(*(("compare", each) for each in wanted))
+    same, hole, thick, mirrored = (numbers for _, numbers in answers)
     assert all(view == {"silhouette_iou": 1, "largest_depth_difference": 0} for view in same["views"].values())
     assert hole["views"]["top"]["silhouette_iou"] == pytest.approx(1 - np.pi * 0.8**2 / 24, abs=0.01)
     assert hole["views"]["front"]["silhouette_iou"] > 0.99
@@ -197,10 +228,127 @@ def test_five_faults_are_told_apart(calls):
     assert mirrored["size"][0] == mirrored["size"][1]
     assert mirrored["views"]["top"]["silhouette_iou"] < hole["views"]["top"]["silhouette_iou"]
 
+    fits, collides = calls(*(("describe", {"file": f"{name}.bob"}) for name in ("fits", "collides")))
+    assert all(each["depth"] < 0.01 for each in fits["overlaps"])
+    (overlap,) = collides["overlaps"]
+    assert overlap["parts"] == ["plate", "pin"]
+    assert overlap["volume"] == pytest.approx(np.pi * (0.9**2 - 0.8**2), rel=0.1)  # of a ring as high as the plate
 
-def test_colliding_parts_have_bounds_that_overlap(calls):
-    (told,) = calls(("describe", {"script": "f = box(2) | box(2).translate(X)"}))
-    assert told["size"] == pytest.approx([3, 2, 2], rel=1e-3)
+
+def test_pictures_of_differences(calls):
+    """Red where only the first has a surface, blue where only the second, orange where depths differ."""
+
+    def shares(picture):
+        third = picture[:, -picture.shape[1] // 3 :].reshape(-1, 3).astype(int)
+        return [float((np.abs(third - color).sum(axis=1) < 60).mean()) for color in ((222, 45, 38), (33, 102, 220))]
+
+    seen = {"first": "no_hole.stl", "view": "top", "size": "600x150"}
+    (same, _), (hole, _), (filled, _), (script, _) = calls(
+        ("compare", {**seen, "second": "no_hole.stl"}),
+        ("compare", {**seen, "second": "plate.stl"}),
+        ("compare", {**seen, "first": "plate.stl", "second": "no_hole.stl"}),
+        ("compare", {**seen, "script": "box((6, 4, 1)) - cylinder(0.8).translate(1.5 * X)"}),
+    )
+    assert shares(same) == [0, 0]
+    for picture, first, second in ((hole, True, False), (filled, False, True), (script, True, False)):
+        red, blue = shares(picture)
+        assert (red > 0.03, blue > 0.03) == (first, second)
+    both = calls(("compare", seen), ("compare", {**seen, "second": "plate.stl", "script": "sphere(1)"}))
+    assert all("file, script: expected one of them" in said for said in both)
+
+
+@needs_cad
+def test_faces_are_highlighted(calls):
+    """By the name that pick returns; the part stays closed in sections."""
+    step = {"file": "solid-and-triangles.step", "views": ["top"], "size": "200x150", "edges": False}
+    pixel = {"row": 50, "column": 160}  # of the solid at the right, next to its hole
+    plain, picked = calls(("look", step), ("pick", pixel))
+    name = picked["hit"]["highlight"]
+    red, again, _, cap, wrong = calls(
+        ("look", {**step, "highlight": [name]}),
+        ("pick", pixel),
+        ("look", {**step, "highlight": [name], "section": ["z=20"]}),
+        ("pick", pixel),
+        ("look", {**step, "highlight": [name.rpartition("#")[0] + "#999"]}),
+    )
+    changed = (plain != red).any(axis=-1)
+    assert changed[50, 160]
+    assert changed.sum() < 0.9 * (plain != 255).any(axis=-1).sum()
+    assert picked == again  # faces have the numbers of the file
+    assert cap["hit"]["section"] == 0
+    assert "face: expected an integer in 0..7, got 999" in wrong
+
+
+def test_pixels_of_sheets_are_picked(calls):
+    """Each view in its place; sections too, whose caps belong to the part."""
+    _, top, front, between, cap = calls(
+        ("look", {"script": "box((6, 4, 1))", "views": ["top", "front"], "size": "800x400", "section": ["x=0"]}),
+        ("pick", {"row": 95, "column": 200}),
+        ("pick", {"row": 95, "column": 600}),
+        ("measure", {"first": [95, 200], "second": [95, 600]}),
+        ("pick", {"row": 285, "column": 200}),
+    )
+    assert (top["hit"]["normal"], front["hit"]["normal"]) == ([0, 0, 1], [0, -1, 0])
+    assert between["angle"] == 90
+    assert cap["hit"]["section"] == 0
+    assert cap["hit"]["point"][0] == pytest.approx(0, abs=1e-3)
+
+
+@needs_cad
+def test_the_walk_of_an_agent(calls):
+    """One session: a STEP file, a mistake in a script, a 3MF that is cut, a face, its measures, a path elsewhere."""
+    box = {"file": "box.3mf", "views": ["right"], "size": "200x150"}
+    solid = {"file": "solid-and-triangles.step"}
+    step, told, mistake, whole, cut, picked, measured, elsewhere, _, face = calls(
+        ("look", {**solid, "size": "640x480"}),
+        ("describe", solid),
+        ("look", {"script": "f = sphere(1)\ng = spere(2)"}),
+        ("look", box),
+        ("look", {**box, "section": ["x=1"]}),
+        ("pick", {"row": 80, "column": 100}),
+        ("measure", {"first": [80, 100], "second": [90, 100]}),
+        ("describe", {"file": "../elsewhere.stl"}),
+        ("look", {**solid, "views": ["right"], "size": "200x200"}),
+        ("measure", {"first": [130, 100]}),
+    )
+    assert step.shape == (480, 640, 3)
+    assert told["kinds"] == ["brep", "mesh"]
+    assert told["unit"] == "mm"
+    assert told["parts"][1]["volume"] == pytest.approx(5151.77, rel=1e-5)
+    assert "line 2, column 5: spere: " in mistake
+    assert (whole != cut).any()
+    assert picked["hit"]["point"][0] == pytest.approx(1, abs=1e-3)
+    assert measured["distance"] == pytest.approx(abs(measured["offset"][2]), rel=1e-3)
+    assert elsewhere.startswith("Error executing tool describe: file: expected a path below")
+    assert face["kind"] == "plane"
+    assert face["unit"] == "mm"
+    assert {"area", "thickness"} < {*face}
+
+
+def test_a_file_that_changes_is_read_again(calls, folder):
+    def size():
+        (told,) = calls(("describe", {"file": "changing.stl"}))
+        return told["size"]
+
+    box(1).mesh(0.5).save(folder / "changing.stl")
+    before, again = calls(*[("describe", {"file": "changing.stl"})] * 2)
+    assert before == again
+    box(2).mesh(0.5).save(folder / "changing.stl")
+    assert before["size"] == [1, 1, 1]
+    assert size() == [2, 2, 2]
+
+
+def test_kept_files_are_few_and_current(folder):
+    space = Workspace([folder])
+    scene, _ = space.scene("plate.stl", None)
+    assert space.scene("plate.stl", None)[0] is scene
+    assert space.scene("plate.stl", None, "y")[0] is not scene
+    space.scene("thick.stl", None)
+    assert space.scene("plate.stl", None)[0] is not scene  # two are kept
+    box(1).mesh(0.5).save(folder / "changing.stl")
+    changing, _ = space.scene("changing.stl", None)
+    box(2).mesh(0.5).save(folder / "changing.stl")
+    assert space.scene("changing.stl", None)[0] is not changing
 
 
 def test_meshes_are_written(calls, folder):
@@ -227,10 +375,16 @@ def test_a_hundred_calls_keep_no_memory(calls):
         with open("/proc/self/statm") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
-    look = ("look", {"script": "sphere(1) & box(1.5)", "views": ["top"], "size": "200x150"})
-    calls(*[look] * 20)
+    five = [
+        ("look", {"script": "sphere(1) & box(1.5)", "views": ["top"], "size": "200x150"}),
+        ("pick", {"row": 75, "column": 100}),
+        ("look", {"file": "plate.stl", "size": "320x240"}),
+        ("describe", {"file": "no_hole.stl"}),
+        ("compare", {"first": "plate.stl", "second": "thick.stl", "size": "150x50"}),
+    ]
+    calls(*five * 4)
     before = resident()
-    calls(*[look] * 100)
+    calls(*five * 20)
     assert resident() - before < 30
 
 
@@ -242,4 +396,26 @@ def test_the_command_speaks_the_protocol(folder):
             return await client.call_tool("describe", {"file": "plate.stl"})
 
     told = contents(finished(session()))
+    assert told["size"] == [6, 4, 1]
+
+
+def test_the_command_serves_http_on_this_machine(folder):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+
+    async def session():
+        async with Client(f"http://127.0.0.1:{port}/mcp") as client:
+            return await client.call_tool("describe", {"file": "plate.stl"})
+
+    with running([*COMMAND, "mcp", str(folder), "--port", str(port)], stderr=subprocess.DEVNULL):
+        until = time.monotonic() + 60
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", port), 1).close()
+                break
+            except OSError:
+                assert time.monotonic() < until
+                time.sleep(0.1)
+        told = contents(finished(session()))
     assert told["size"] == [6, 4, 1]

@@ -63,9 +63,11 @@ def test_readme_example_runs(tmp_path, monkeypatch):
 
 
 def test_examples_of_tracers_run(tmp_path):
-    own, guided, denoised, pooled = python_in("docs/tracers.md")
+    own, smooth, guided, denoised, pooled = python_in("docs/tracers.md")
     names = {}
     exec(own.replace("(480, 640)", "(48, 64)"), names)
+    assert names["frame"].fraction == 1
+    exec(smooth, names)
     assert names["frame"].fraction == 1
     exec(guided, names)
     assert names["frame"].gbuffer.guides is not None
@@ -103,6 +105,13 @@ def test_example_of_text_runs(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "name_plate.stl").stat().st_size > 100_000
     with Image.open(tmp_path / "name_plate.png") as picture:
         assert picture.size == (960, 320)
+
+
+def test_a_converging_picture_is_one_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_path(str(ROOT / "examples/your_own_tracer.py"), run_name="__main__")
+    assert [file.name for file in tmp_path.iterdir()] == ["torus.png"]
+    assert "100.0 % traced" in capsys.readouterr().out
 
 
 def test_examples_of_meshes_run(tmp_path, monkeypatch, capsys):

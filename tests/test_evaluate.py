@@ -16,7 +16,7 @@ from bobrossnet.command_line import cli
 from bobrossnet.completion.filling import delaunay_linear
 from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import weights_path
-from bobrossnet.learn import checkpoint
+from bobrossnet.learn import checkpoint, commands
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
@@ -492,3 +492,19 @@ def test_the_command_refuses_before_it_works(
         assert printed.out == ""
         assert printed.err.count("\n") == 1
         assert message in printed.err
+
+
+def test_a_quick_evaluation_needs_no_files(capsys, monkeypatch):
+    monkeypatch.setattr(commands, "QUICK_SHAPES", 2)
+    assert cli.main(["evaluate", "--quick", "--size", "32x32"]) == 0
+    told = capsys.readouterr().out
+    assert "default" in told
+    assert "paper" not in told.split("##")[0]
+    assert cli.main(["evaluate"]) == 2
+    assert "PLACE: expected a data set or a folder of shape files; --quick makes" in capsys.readouterr().err
+
+
+def test_no_picture_begins_after_the_time_is_up():
+    scenes = own_scenes(3)
+    assert len(evaluate_scenes(scenes, (), size=(16, 16), fractions=(0.1,), seconds=0).pictures) == 1
+    assert len(evaluate_scenes(scenes, (), size=(16, 16), fractions=(0.1,)).pictures) == 3

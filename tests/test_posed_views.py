@@ -10,6 +10,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
+from bobrossnet.pictures import views
 from bobrossnet.sdf import box, sphere
 
 MIDDLE, RADIUS = np.array([30.0, -20.0, 7.0]), 5.0
@@ -134,3 +135,46 @@ def test_bad_options_of_data_sets_are_refused_at_once(models, tmp_path, capsys):
     assert cli.main(command) == 2
     assert "samples: expected" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_points_of_two_views_coincide():
+    """Depth and pose agree: a point of one view, seen from another, has the depth there; 1e-4 of the radius."""
+    scene = bob.Scene(bob.happy_tree())
+    first, second = bob.views(scene, [bob.Camera(30, 25, fov=40), bob.Camera(55, 30)], "depth", size=(240, 320))
+    points = first.points()[first.mask].astype(float)
+    seen = points @ second.pose.world_to_camera[:3, :3].T + second.pose.world_to_camera[:3, 3]
+    place = np.column_stack([seen[:, :2], np.ones(len(seen))]) @ second.pose.intrinsics.T  # orthographic
+    column, row = np.floor(place[:, :2]).astype(int).T
+    inside = (row >= 0) & (row < 240) & (column >= 0) & (column < 320)
+    inside[inside] = second.mask[row[inside], column[inside]]
+    # Back in space: the second view's point at that pixel, along its surface to the first's.
+    there = second.points()[row[inside], column[inside]].astype(float)
+    apart = np.linalg.norm(there - points[inside], axis=1)
+    pixel = 1 / second.pose.intrinsics[0, 0]
+    same = apart < 3 * pixel
+    assert same.mean() > 0.4  # the others are hidden from the second
+    # A ray through the first's point itself meets it.
+    rays = points[inside][same] - second.pose.camera_to_world[:3, 2] * -2 * scene.radius
+    hits = scene.closest_hits(rays, np.broadcast_to(-second.pose.camera_to_world[:3, 2], rays.shape))
+    found = rays - hits.distance[:, None] * second.pose.camera_to_world[:3, 2]
+    coincide = np.linalg.norm(found - points[inside][same], axis=1) < 1e-4 * scene.radius
+    assert coincide.mean() > 0.97
+
+
+@pytest.mark.parametrize("light", [None, "studio"])
+def test_colors_are_those_of_render(light):
+    scene = bob.Scene(bob.happy_tree())
+    (view,) = bob.views(scene, ["front"], size=(60, 80), light=light, background="#fff")
+    assert np.array_equal(view.color, bob.render(scene, "front", size=(60, 80), light=light, background="#fff").rgba)
+
+
+def test_one_shape_is_traced_once(scene, monkeypatch):
+    """Depth, normals and the mask come from the samples of the colour; only several instances need other rays."""
+    calls = []
+    traced = views.trace
+    monkeypatch.setattr(views, "trace", lambda *a, **k: (calls.append("trace"), traced(*a, **k))[1])
+    monkeypatch.setattr(views, "_instances", lambda *a: calls.append("instances") or np.zeros((24, 32), np.int32))
+    list(bob.views(sphere(1), 2, size=(24, 32)))
+    assert calls == ["trace", "trace"]
+    list(bob.views(scene, 1, size=(24, 32)))
+    assert calls[2:] == ["trace", "instances"]

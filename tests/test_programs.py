@@ -3,14 +3,17 @@
 import io
 import json
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.adapters import apart
 
 
 @pytest.fixture
@@ -124,3 +127,24 @@ def test_shells_complete_words(line, words, tmp_path):
     done = subprocess.run([sys.executable, "-m", "bobrossnet"], env={**os.environ, **asked}, timeout=60, check=False)
     assert done.returncode == 0
     assert {word.strip() for word in answer.read_text().split("\n")} == words
+
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_the_image_is_of_the_package_and_without_root():
+    lines = (ROOT / "Dockerfile").read_text().splitlines()
+    (extras,) = re.findall(r"/source\[([\w,]+)\]", "\n".join(lines))
+    known = re.findall(r"^(\w+) = \[", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert {"cad", "mcp"} == {*extras.split(",")} <= {*known}
+    assert "USER bobrossnet" in lines
+    assert lines.index("USER bobrossnet") > max(i for i, line in enumerate(lines) if line.startswith("RUN"))
+
+
+def test_a_missing_library_of_the_system_is_named(monkeypatch):
+    def missing(name):
+        raise ImportError("libGL.so.1: cannot open shared object file")
+
+    monkeypatch.setattr(apart.importlib, "import_module", missing)
+    with pytest.raises(bob.InputError, match=r"got libGL\.so\.1: cannot .*; Debian has it in the package libgl1"):
+        apart._imported("bobrossnet.adapters.occ")

@@ -134,6 +134,9 @@ def test_transforms_are_the_modelling_language_s():
     assert moved(at, (1, 2, 3)) == [1, 2, 3]
     assert moved(at.rotate(np.pi / 2), (1, 0, 0)) == pytest.approx([0, 1, 0])  # about z, anticlockwise from above
     assert moved(at.rotate(np.pi / 2, (2, 0, 0)), (0, 1, 0)) == pytest.approx([0, 0, 1])
+    assert moved(at.rotate(degrees=30, vector=(0, 0, 3)), (1, 0, 0)) == pytest.approx([np.sqrt(3) / 2, 0.5, 0])
+    assert moved(at.rotate(degrees=-90), (1, 0, 0)) == [0, -1, 0]  # exactly
+    assert moved(at.rotate(degrees=450, vector=(0, -2, 0)), (1, 0, 0)) == [0, 0, 1]
     assert moved(at.scale((1, 2, 3)), (1, 1, 1)) == [1, 2, 3]
     assert moved(at.translate((1, 0, 0)).scale(2), (1, 1, 1)) == [4, 2, 2]  # one after the other
     assert moved(at.scale(2).translate((1, 0, 0)), (1, 1, 1)) == [3, 2, 2]
@@ -435,6 +438,9 @@ SINGULAR = np.diag([1.0, 0, 1, 1])
         (lambda: bob.Instance(cube()).scale("big"), "factor: expected a number, got str 'big'"),
         (lambda: bob.Instance(cube()).translate(1), "offset: expected shape (3,), got ()"),
         (lambda: bob.Instance(cube()).rotate("half"), "angle: expected a number, got str 'half'"),
+        (lambda: bob.Instance(cube()).rotate(), "angle: expected radians or degrees=, got neither"),
+        (lambda: bob.Instance(cube()).rotate(1, degrees=3), "angle: expected radians or degrees=, got both"),
+        (lambda: bob.Instance(cube()).rotate(degrees="half"), "degrees: expected a number, got str 'half'"),
         (lambda: bob.Instance(cube()).rotate(1, (0, 0, 0)), "vector: expected an axis of a length above 0"),
         (lambda: bob.Instance(cube()).transformed(SINGULAR), "matrix: expected a map"),
         (lambda: bob.Scene([]), "shapes: expected at least one shape, got none"),

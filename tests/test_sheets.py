@@ -7,7 +7,9 @@ import pytest
 from PIL import Image, ImageDraw
 
 import bobrossnet as bob
+from bobrossnet.color import from_8_bit, from_srgb
 from bobrossnet.command_line import cli
+from bobrossnet.pictures.sheets import laid_out
 from bobrossnet.sdf import box, cylinder, sphere
 
 BLOCK = bob.Mesh(
@@ -50,7 +52,7 @@ def test_dimensions_are_written(words):
     assert words.count("2 mm") == 2  # beside the top view and below the right one
     assert words.count("1 mm") == 3  # beside two views, and the scale bar
     assert {"top", "front", "right", "isometric"} < {*words}
-    assert "block   4 x 2 x 1 mm" in words
+    assert "block   4 x 2 x 1 mm   1 part   volume 8 mm^3" in words
 
 
 @pytest.mark.parametrize(("view", "across", "up"), [("front", 4, 1), ("left", 2, 1), ("bottom", 4, 2)])
@@ -66,7 +68,7 @@ def test_all_views_have_one_scale_and_stand_in_line(monkeypatch):
     monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *_, **__: None)
     monkeypatch.setattr(ImageDraw.ImageDraw, "line", lambda *_, **__: None)
     page = (bob.sheet(BLOCK, size=(600, 800)).rgba[..., :3] < 250).any(axis=-1)
-    top, front, right = page[:287, :400], page[287:574, :400], page[287:574, 400:]
+    top, front, right = page[:285, :400], page[285:570, :400], page[285:570, 400:]
     columns = [np.flatnonzero(view.any(axis=0)) for view in (top, front)]
     assert abs(columns[0][0] - columns[1][0]) <= 1
     rows = [np.flatnonzero(view.any(axis=1)) for view in (front, right)]
@@ -139,3 +141,78 @@ def test_command(tmp_path, capsys, monkeypatch):
         assert picture.size == (400, 300)
     assert cli.main(["sheet", "block.stl", "--views", "top,nowhere"]) == 2
     assert "views: expected one of " in capsys.readouterr().err
+
+
+def test_a_part_of_a_mesh_is_named(words):
+    """Parts are those of the tree, not instances."""
+    pieces = [(("lid",), 4), (("case",), 8)]
+    bob.sheet(bob.Instance(BLOCK, pieces=pieces), "isometric", size=(300, 400))
+    assert {"lid", "case"} < {*words}
+    assert any(text.endswith("2 parts   volume 8") for text in words)
+
+
+@pytest.mark.parametrize(
+    ("shape", "fact"),
+    [
+        (bob.Scene(BLOCK, unit="mm"), "1 part   volume 8 mm^3"),
+        (bob.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]), "1 part   open"),
+        (sphere(1), "1 part"),  # a mesh of a formula is no exact volume
+    ],
+)
+def test_the_bottom_line(shape, fact, words):
+    bob.sheet(shape, "front", size=(300, 400), title="x")
+    assert any(text.startswith("x   ") and text.endswith(fact) for text in words)
+
+
+def test_a_long_title_leaves_room_for_the_facts(words):
+    bob.sheet(BLOCK, size=(300, 400), title="long " * 40, unit="mm")
+    (bottom,) = (text for text in words if text.startswith("long"))
+    assert bottom.endswith("...   4 x 2 x 1 mm   1 part   volume 8 mm^3")
+
+
+def test_sections_are_views_of_their_own(words, monkeypatch):
+    whole = np.asarray(bob.sheet(BLOCK, ["front"], size=(400, 400)))
+    words.clear()
+    hollow = bob.Instance(box(2) - sphere(0.8))
+    cut = bob.sheet(hollow, ["front"], size=(400, 800), section="y>0")
+    assert words.count("section y>0") == 1
+    assert "front" in words
+    assert cut.size == (400, 800)
+    assert whole.shape == (400, 400, 4)
+    left, right = cut.rgba[:380, :400], cut.rgba[:380, 400:]
+    assert (left != right).any(axis=-1).sum() > 2000  # the hatched cap, and the bowl
+    words.clear()
+    bob.sheet(BLOCK, size=(600, 1200), section=["x=1", "z=0.5", "x=9"])
+    assert {"section x=1", "section z=0.5", "section x=9"} < {*words}
+    # Marked where the cut is seen as a line, and not outside of the shape.
+    assert (words.count("x=1"), words.count("z=0.5"), words.count("x=9")) == (2, 2, 0)
+
+
+def test_cutting_lines_are_where_sections_cut():
+    laid = laid_out(BLOCK, ["front", "back", "top", "left"], (600, 800))
+    low, high = BLOCK.bounding_box(np.eye(4))
+    for view in laid.views:
+        (x, y), (right, bottom) = np.sort(view.places(np.array([low, high])), axis=0)
+        wide, high_ = (4 if "x" in view.axes else 2), (2 if "z" not in view.axes else 1)
+        assert right - x == pytest.approx(wide * laid.pixels, abs=1e-3)
+        assert bottom - y == pytest.approx(high_ * laid.pixels, abs=1e-3)
+        assert ((x + right) / 2, (y + bottom) / 2) == pytest.approx(view.middle, abs=0.1)
+
+
+def test_oblique_sections_face_the_viewer(words):
+    bob.sheet(box(2), ["front"], size=(300, 600), section=bob.Section((1, 1, 1), 0))
+    assert any(text.startswith("section (0.577") for text in words)
+    assert words.count("2") == 2  # the dimensions of the front view alone
+
+
+def test_long_dimensions_stay_on_the_page(words):
+    """Room for them is left at both sides."""
+    thin = bob.Instance(BLOCK).scale(123456.789)
+    page = bob.sheet(thin, ["front"], unit="furlongs", size=(300, 400)).rgba
+    assert "493827 furlongs" in words
+    assert (page[:, 0] == 255).all()
+
+
+def test_the_page_is_read_back_exactly():
+    levels = np.arange(256, dtype=np.uint8)
+    assert np.array_equal(from_8_bit(levels), from_srgb(levels / 255).astype(np.float32))

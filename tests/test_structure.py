@@ -37,7 +37,7 @@ PYTHON = {
     "frames": {"completion", "measuring", "picture", "pictures", "support", "tracing"},
     "sdf": {"adapters", "picture", "shapes", "support", "tracing"},  # for the language's word that reads a file
     "adapters": {"picture", "sdf", "shapes", "support", "tracing"},
-    "pictures": {"adapters", "completion", "picture", "shapes", "support", "tracing"},
+    "pictures": {"adapters", "completion", "measuring", "picture", "shapes", "support", "tracing"},
     "page": {"adapters", "completion", "picture", "pictures", "shapes", "support", "tracing"},
     "agents": {"adapters", "measuring", "picture", "pictures", "shapes", "support", "tracing"},
 }

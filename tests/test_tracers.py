@@ -1,5 +1,8 @@
 """User tracers: pictures of any range and depth in any unit, lit backgrounds, and throughput."""
 
+import time
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -320,3 +323,113 @@ def test_a_tracer_can_not_change_the_pixels_that_it_is_given(tree, batch):
         next(bob.progressive(tracer=tracer, size=size, fraction=0.2))
     with pytest.raises(ValueError, match=r"^assignment destination is read-only$"):
         bob.View(tracer=of_camera, size=size).frame(fraction=0.2)
+
+
+def test_completing_takes_a_small_share_where_nobody_asks_for_frames(tree):
+    """Frames of 33 ms take twice the time of the tracer alone."""
+    size, seconds = (240, 320), 2e-5
+    full = bob.trace(tree, size=size)
+    spent = 0.0
+
+    def tracer(pixels):
+        nonlocal spent
+        start = time.thread_time()
+        samples = bob.Samples(gray=full.gray[tuple(pixels.T)])
+        while time.thread_time() - start < seconds * len(pixels):
+            pass
+        spent += time.thread_time() - start
+        return samples
+
+    start = time.process_time()
+    *_, frame = bob.progressive(tracer=tracer, size=size)
+    assert np.array_equal(frame.image, full.gray)
+    assert time.process_time() - start < 1.3 * spent
+
+
+def disc(places):
+    """A white disc on black, exactly at each place; a far plane around it."""
+    hit = np.hypot(places[:, 0] - 24.3, places[:, 1] - 30.8) < 15.5
+    return bob.Samples(gray=np.where(hit, 0.8, 0.1), depth=np.where(hit, 0.9, 0.2), albedo=np.ones((len(hit), 3)))
+
+
+def coverage(samples):
+    *_, frame = bob.progressive(tracer=disc, size=SIZE, fraction=0.3, samples=samples)
+    return frame
+
+
+def test_several_samples_smooth_edges():
+    plain, smooth, fine = coverage(1), coverage(4), coverage(16)
+    assert np.allclose(np.unique(plain.image), (0.1, 0.8))
+    assert len(np.unique(np.round(smooth.image, 4))) == 5  # of 0 to 4 samples in the disc
+    rows, columns = np.mgrid[0:H, 0:W]
+    inside = np.zeros(SIZE)
+    for row in (np.arange(32) + 0.5) / 32 - 0.5:
+        for column in (np.arange(32) + 0.5) / 32 - 0.5:
+            inside += np.hypot(rows + row - 24.3, columns + column - 30.8) < 15.5
+    truth = 0.1 + 0.7 * inside / 32**2
+    errors = [np.abs(frame.image - truth).mean() for frame in (plain, smooth, fine)]
+    assert errors[2] < 0.6 * errors[1] < 0.4 * errors[0]
+    # Depths belong to one surface or the other.
+    assert np.allclose(np.unique(smooth.gbuffer.depth), (0.2, 0.9))
+
+
+@pytest.mark.parametrize("batch", [None, 4, 100])
+def test_positions_of_a_pixel_follow_each_other(batch):
+    asked = []
+
+    def tracer(places):
+        asked.append(places)
+        assert not places.flags.writeable
+        return (places[:, 0] + 1) / H
+
+    if batch:
+        tracer.batch = batch
+    *_, frame = bob.progressive(tracer=tracer, size=(6, 8), fraction=0.5, samples=5)  # as 4
+    assert all(places.dtype == np.float64 for places in asked)
+    if batch:
+        assert all(len(places) == batch for places in asked)
+    for places in asked:
+        pixels = places[: len(places) // 4 * 4].reshape(-1, 4, 2)
+        assert np.allclose(pixels - np.rint(pixels), [(-0.25, -0.25), (-0.25, 0.25), (0.25, -0.25), (0.25, 0.25)])
+    assert np.allclose(frame.image, np.repeat(np.arange(1, 7)[:, None] / H, 8, axis=1))
+
+
+def test_one_sample_asks_for_pixels():
+    kinds = set()
+
+    def tracer(pixels):
+        kinds.add(pixels.dtype)
+        return pixels[:, 0] / H
+
+    list(bob.progressive(tracer=tracer, size=SIZE, fraction=0.5, samples=1))
+    assert kinds == {np.dtype(np.int32)}
+
+
+def test_means_of_noisy_samples_have_less_variance():
+    def tracer(places):
+        return bob.Samples(gray=np.ones(len(places)), variance=np.full(len(places), 0.4))
+
+    *_, frame = bob.progressive(tracer=tracer, size=(6, 8), fraction=1, samples=4)
+    assert np.allclose(frame.gbuffer.planes[frame.gbuffer.layout.places["variance"]], 0.1)
+
+
+def test_futures_of_several_samples():
+    with ThreadPoolExecutor(2) as pool:
+        *_, frame = bob.progressive(tracer=lambda places: pool.submit(disc, places), size=SIZE, fraction=0.3, samples=4)
+    assert np.array_equal(frame.image, coverage(4).image)
+
+
+def test_samples_that_make_no_sense():
+    with pytest.raises(bob.InputError, match=r"^samples: expected 1 with a scene, got more; render antialiases scenes"):
+        bob.progressive(bob.happy_tree(), samples=4)
+    with pytest.raises(bob.InputError, match=r"^samples: expected an integer in 1\.\.64, got 65"):
+        bob.progressive(tracer=disc, samples=65)
+
+    def tracer(places):
+        return disc(places)
+
+    tracer.batch = 3
+    with pytest.raises(bob.InputError, match=r"^samples: expected at most the tracer's batch, 3, got 4"):
+        bob.progressive(tracer=tracer, samples=4)
+    with pytest.raises(bob.InputError, match=r"^tracer: expected it to return "):
+        list(bob.progressive(tracer=lambda places: bob.Samples(gray=np.ones(3)), size=SIZE, samples=4))

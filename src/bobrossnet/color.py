@@ -25,6 +25,12 @@ def from_srgb(values: Any) -> NDArray[np.float64]:
     return linear
 
 
+def from_8_bit(values: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Decode sRGB values in 0..255 to linear values in 0..1, of the same shape."""
+    linear: NDArray[np.float32] = from_srgb(np.arange(256) / 255).astype(np.float32)[values]
+    return linear
+
+
 def to_srgb(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     """Encode linear values as sRGB, clamped to 0..1; the inverse of `from_srgb`."""
     values = np.clip(values, 0, 1, dtype=np.float32)

@@ -69,7 +69,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     """
     if _is_apart:
         try:
-            return getattr(importlib.import_module(module), function)(*arguments)
+            return getattr(_imported(module), function)(*arguments)
         finally:
             _lift_limits()
     command = [
@@ -95,6 +95,17 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     if error is not None:
         raise error
     return result
+
+
+def _imported(module: str) -> Any:
+    """Import a module; raise InputError if its library lacks one of the system, as in slim containers."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError:
+        raise
+    except ImportError as error:
+        hint = "; Debian has it in the package libgl1" if "libGL.so" in str(error) else ""
+        raise InputError(f"expected the libraries of its reader, got {error}{hint}") from None
 
 
 _inherited = cache(limits)
@@ -134,7 +145,7 @@ def _answer() -> None:
     result: Any = None
     error: Exception | None = None
     try:
-        result = getattr(importlib.import_module(module), function)(*arguments)
+        result = getattr(_imported(module), function)(*arguments)
     except (InputError, MemoryError, RecursionError) as raised:
         error = raised
     except Exception as raised:  # its type may be unknown to the parent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,8 +14,17 @@ from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 
 from bobrossnet import __version__
-from bobrossnet.agents.measures import compared, described, rounded, rounded_all, told_pick, told_volume
-from bobrossnet.agents.workspace import MAX_SIDE, Look, Workspace
+from bobrossnet.agents.measures import (
+    compared,
+    described,
+    differences,
+    rounded,
+    rounded_all,
+    told_face,
+    told_pick,
+    told_volume,
+)
+from bobrossnet.agents.workspace import MAX_SIDE, Look, LookedAt, Workspace, highlighted
 from bobrossnet.measuring.measure import measure as measure_picks
 from bobrossnet.measuring.picking import Pick
 from bobrossnet.measuring.volumes import closed_volume
@@ -23,16 +33,15 @@ from bobrossnet.picture.files import before, png, sheet
 from bobrossnet.picture.order import check_size
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendering import render
-from bobrossnet.pictures.sheets import LAYOUT
-from bobrossnet.pictures.sheets import sheet as drawn_sheet
+from bobrossnet.pictures.sheets import LAYOUT, laid_out
 from bobrossnet.shapes.mesh import check_mesh_path
 from bobrossnet.support.errors import InputError, check_choice
 from bobrossnet.tracing.scene import Scene
 
 INSTRUCTIONS = """Exact pictures and measures of 3D shapes: STEP, IGES, 3dm, STL, PLY, OBJ, glTF, 3MF and others, or the
 text of a script in the modelling language (sphere(1) & box(1.5), as in fogleman/sdf). Give `file`, a path below the
-allowed folders, or `script`. x is right, y is back and z is up from the front; lengths are in the file's unit. `look`
-with a single view remembers it, so that `pick` and `measure` take its pixels."""
+allowed folders, or `script`. x is right, y is back and z is up from the front; lengths are in the file's unit. `pick`
+and `measure` take pixels of the last picture of `look`."""
 
 
 def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
@@ -55,11 +64,14 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         @wraps(function)
         def told(*values: Any, **named: Any) -> Any:
             try:
-                return function(*values, **named)
+                answer = function(*values, **named)
             except InputError as error:
                 raise ToolError(str(error)) from None
             except MemoryError:
                 raise ToolError("not enough memory for a picture or a shape of this size") from None
+            if isinstance(answer, list):
+                return [_short(each) for each in answer]
+            return _short(answer)
 
         return made.tool(structured_output=False)(told)
 
@@ -75,63 +87,89 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         highlight: list[str] = [],  # noqa: B006
         edges: bool = True,
     ) -> Image:
-        """Draw a shape. Several views make a sheet to one scale with dimensions; a single one fills the picture, and
-        its pixels can be picked. Views: front, back, right, left, top, bottom, isometric. Sections such as x=0 or z>3
-        cut the shape open; parts to highlight have the names that describe lists."""
-        scene, _ = space.scene(file, script, up)
-        if highlight:
-            scene = scene.highlight(*highlight)
-        scene = scene.sectioned(section or None)
+        """Draw a shape. Several views make a sheet to one scale with dimensions; a single one fills the picture. Views:
+        front, back, right, left, top, bottom, isometric. Sections such as x=0 or z>3 cut a single view open; on a sheet
+        each of them adds a view of the cut. Highlight parts by the names that describe lists, and faces by the names
+        that pick returns. Pixels of the picture can be picked and measured."""
+        plain, _ = space.scene(file, script, up)
+        scene = highlighted(plain, highlight)
         height, width = check_size(size)
         if max(height, width) > MAX_SIDE:
             raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
         if len(views) != 1:
-            return _image(drawn_sheet(scene, views, size=(height, width), unit=unit, edges=edges).rgba)
-        camera = Camera.named(check_choice("views", views[0], tuple(VIEWS)))
-        camera = fitted(scene.sectioned(None), camera, size=(height, width))
-        picture = render(scene, camera, size=(height, width), background="#ffffff", edges=edges)
-        space.last = Look(scene, camera, (height, width))
+            drawn = laid_out(scene, views, (height, width), unit or None, section)
+            of_pick = laid_out(plain, views, (height, width), unit or None, section) if highlight else drawn
+            seen = [LookedAt(view.scene, view.camera, view.left, view.top, view.size) for view in of_pick.views]
+            picture = drawn.drawn(file or "script", edges)
+        else:
+            camera = Camera.named(check_choice("views", views[0], tuple(VIEWS)))
+            camera = fitted(plain, camera, size=(height, width))
+            scene, plain = (each.sectioned(section or None) for each in (scene, plain))
+            picture = render(scene, camera, size=(height, width), background="#ffffff", edges=edges)
+            seen = [LookedAt(plain, camera, 0, 0, (height, width))]
+        space.last = Look((height, width), tuple(seen))
         return _image(picture.rgba)
 
     @tool
     def describe(file: str | None = None, script: str | None = None, up: str = "z") -> dict[str, Any]:
-        """Size, bounds, parts, whether meshes are closed or inside out, volumes, and warnings of the reader."""
+        """Kinds, unit, size, counts, and for each part bounds, area, volume, whether it is closed or inside out; pairs
+        of parts that overlap; warnings of the reader."""
         return described(*space.scene(file, script, up))
 
     @tool
     def pick(row: int, column: int) -> dict[str, Any]:
-        """The part, its face or triangle, the point and the normal at a pixel of the last picture of a single view."""
+        """The part, its face or triangle, the point and the normal at a pixel of the last picture of look."""
         found = _last(space).pick(row, column)
         return {"hit": None if found is None else told_pick(found)}
 
     @tool
-    def measure(first: list[int], second: list[int]) -> dict[str, Any]:
-        """Distance and offset between the points at two pixels, [row, column], of the last picture of a single view,
-        and the angle between their normals in degrees."""
-        a, b = _hit(space, "first", first), _hit(space, "second", second)
+    def measure(first: list[int], second: list[int] | None = None) -> dict[str, Any]:
+        """Distance and offset between the points at two pixels, [row, column], of the last picture of look, the angle
+        between their normals in degrees, and the gap of parallel faces or axes. Without a second pixel: the kind of the
+        face at the first, its radius, area, and the thickness of the wall."""
+        a = _hit(space, "first", first)
+        if second is None:
+            return told_face(measure_picks(a)) | {"first": told_pick(a)}
+        b = _hit(space, "second", second)
+        if b.scene is not a.scene:  # of another view of the sheet, with another section or none
+            b = replace(b, scene=a.scene)
         between = measure_picks(a, b)
         return {
             "distance": rounded(between.distance),
             "offset": rounded_all(between.offset),
             "angle": round(between.angle, 2),
+            "gap": None if between.gap is None else rounded(between.gap),
+            "unit": between.unit,
             "first": told_pick(a),
             "second": told_pick(b),
         }
 
     @tool
-    def compare(first: str, second: str, view: str = "isometric", size: str = "1024x512") -> list[Any]:
-        """Draw two files side by side with one camera, and tell how silhouettes and depths differ from all sides."""
-        scenes = [space.scene(file, None)[0] for file in (first, second)]
+    def compare(
+        first: str,
+        second: str | None = None,
+        script: str | None = None,
+        view: str = "isometric",
+        size: str = "1200x450",
+    ) -> list[Any]:
+        """Draw a file and another, or a script, side by side with one camera, and next to them their differences: red
+        where only the first has a surface, blue where only the second, orange where depths differ. Also tells how
+        silhouettes and depths differ from all sides."""
+        one, other = space.scene(first, None)[0], space.scene(second, script)[0]
+        if one.unit and other.unit:
+            other = other.converted(one.unit)
         named = Camera.named(check_choice("view", view, tuple(VIEWS)))
         height, width = check_size(size)
-        half = (height, max(width // 2, 1))
-        camera = fitted(scenes[0], named, size=half)
-        cameras = [_same_view(camera, scenes[0], scene) for scene in scenes]
+        if max(height, width) > MAX_SIDE:
+            raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
+        third, both = (height, max(width // 3, 1)), Scene([one, other])
+        camera = fitted(both, named, size=third)
         drawn = [
-            before("white", render(scene, own, size=half).rgba) for scene, own in zip(scenes, cameras, strict=True)
+            before("white", render(scene, _same_view(camera, both, scene), size=third).rgba) for scene in (one, other)
         ]
-        picture = sheet([(drawn[0], first), (drawn[1], second)], 2)
-        return [_image(picture), compared(*scenes)]
+        drawn.append(differences(one, other, camera, both, third))
+        picture = sheet([*zip(drawn, (first, second or "script", "differences"), strict=True)], 3)
+        return [_image(picture), compared(one, other)]
 
     @tool
     def mesh(out: str, file: str | None = None, script: str | None = None, step: float | None = None) -> dict[str, Any]:
@@ -152,7 +190,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
 
 def _last(space: Workspace) -> Look:
     if space.last is None:
-        raise InputError("pick: expected a picture of a single view before; call look with one view")
+        raise InputError("pick: expected a picture before; call look")
     return space.last
 
 
@@ -174,6 +212,11 @@ def _same_view(camera: Camera, reference: Scene, scene: Scene) -> Camera:
     offset = across @ (reference.center - scene.center) + reference.radius * np.asarray(camera.pan)
     pan = offset / scene.radius
     return replace(camera, zoom=camera.zoom * scene.radius / reference.radius, pan=(float(pan[0]), float(pan[1])))
+
+
+def _short(answer: Any) -> Any:
+    """Numbers in one line: indented, each of them would cost an agent a line."""
+    return json.dumps(answer) if isinstance(answer, dict) else answer
 
 
 def _image(rgba: Any) -> Image:

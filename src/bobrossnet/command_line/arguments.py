@@ -176,14 +176,14 @@ def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
     return Edges(**look, hidden=options.hidden)
 
 
-def add_section(parser: argparse.ArgumentParser) -> None:
-    """Add --section, planes that cut the shapes open."""
+def add_section(parser: argparse.ArgumentParser, told: str = "cut the shapes open") -> None:
+    """Add --section, planes that cut the shapes open; `told` says what becomes of them."""
     parser.add_argument(
         "--section",
         action="append",
         type=section,
         metavar="PLANE",
-        help="cut the shapes open: x=0 and x<0 keep what is below x = 0, so that the camera sees the cut, and x>0 what "
+        help=f"{told}: x=0 and x<0 keep what is below x = 0, so that the camera sees the cut, and x>0 what "
         "is above; in the shapes' units, up to six times",
     )
 

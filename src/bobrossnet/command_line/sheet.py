@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
     sheet.add_argument("--unit", help="follows the dimensions, such as mm (default: the file's)")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
-    arguments.add_section(sheet)
+    arguments.add_section(sheet, "add a view of the shapes cut open")
     arguments.add_parts(sheet)
     told = "default: sheet.png; - writes a PNG to standard output"
     sheet.add_argument("-o", "--out", default="sheet.png", metavar="PICTURE", help=told)
@@ -46,18 +46,26 @@ def run(options: argparse.Namespace) -> None:
     """Draw the sheet, and print the dimensions."""
     import bobrossnet as bob
     from bobrossnet.picture.files import check_picture_path
-    from bobrossnet.pictures.sheets import lengths
+    from bobrossnet.pictures.annotations import lengths
     from bobrossnet.support.machine import limit_memory
 
     limit_memory()
     report = Report(options)
     if not report.to_stdout:
         check_picture_path(options.out)
-    scene = arguments.scene_of(options)
+    scene = arguments.scene_of(options).sectioned(None)
     title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
     start = time.perf_counter()
     views = options.views.split(",")
-    picture = bob.sheet(scene, views, size=options.size, title=title, unit=options.unit, edges=options.edges)
+    picture = bob.sheet(
+        scene,
+        views,
+        size=options.size,
+        title=title,
+        unit=options.unit,
+        edges=options.edges,
+        section=options.section,
+    )
     seconds = time.perf_counter() - start
     unit = options.unit if options.unit is not None else scene.unit or ""
     name, box = report.write(picture.rgba), scene.extent

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,8 +32,8 @@ class CallSizes:
         power = 1 << (count.bit_length() - 1)
         return power + power // 2 if count >= power + power // 2 else power
 
-    def padded(self, pixels: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Pad pixels, (n, 2), to a whole batch by repeating the last one."""
+    def padded(self, pixels: NDArray[Any]) -> NDArray[Any]:
+        """Pad pixels or positions, (n, 2), to a whole batch by repeating the last one."""
         missing = 0 if self.batch is None else -len(pixels) % self.batch
         return np.concatenate([pixels, np.repeat(pixels[-1:], missing, axis=0)]) if missing else pixels
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.frames.call_sizes import CallSizes, Turnover
+from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.samples import Samples
 from bobrossnet.support.errors import InputError, InputTypeError, check_integer
 from bobrossnet.tracing.trace import Tracer, check_samples
@@ -45,6 +46,8 @@ class Call:
     """(n, 2)"""
     asked: int
     """Number of pixels including the padding to a whole batch."""
+    places: int
+    """Number of samples that the tracer is asked for."""
     is_first: bool
     """Whether its pixels are traced for the first time."""
     began: float
@@ -61,11 +64,16 @@ class Calls:
     ----------
     tracer : Tracer or AsyncTracer
         May have the attributes `batch` and `in_flight`.
+    positions : Positions, optional
+        Of several samples in each pixel; by default the tracer is asked for pixels.
     """
 
-    def __init__(self, tracer: Tracer | AsyncTracer) -> None:
+    def __init__(self, tracer: Tracer | AsyncTracer, positions: Positions | None = None) -> None:
         self.tracer = tracer
-        self.sizes = CallSizes(getattr(tracer, "batch", None))
+        self.positions = positions
+        batch = getattr(tracer, "batch", None)
+        self._filled = CallSizes(batch)  # calls in positions
+        self.sizes = CallSizes(batch if positions is None or batch is None else positions.pixels_of(self._filled.batch))
         self.turnover = Turnover()
         told = getattr(tracer, "in_flight", None)
         self._is_told = told is not None
@@ -85,10 +93,12 @@ class Calls:
         """Call the tracer; return whether the call continues in the background."""
         if not (self.under_way or self._dropped):
             self.turnover.resumed(began)
-        asked = self.sizes.padded(pixels).view()
-        asked.flags.writeable = False  # it later indexes the arrays that receive the samples
-        returned = self.tracer(asked)
-        call = Call(pixels, len(asked), is_first, began, returned, _future(returned))
+        asked = self.sizes.padded(pixels)
+        places: NDArray[Any] = asked if self.positions is None else self._filled.padded(self.positions.of(asked))
+        places = places.view()
+        places.flags.writeable = False  # pixels later index the arrays that receive the samples
+        returned = self.tracer(places)
+        call = Call(pixels, len(asked), len(places), is_first, began, returned, _future(returned))
         self.under_way.append(call)
         if call.future is None:
             self._came.put((call, time.perf_counter()))
@@ -123,8 +133,10 @@ class Calls:
         self.under_way.remove(call)
         if is_cancelled:
             raise InputError("tracer: expected samples, got a future that was cancelled")
-        samples = check_samples(call.returned if call.future is None else call.future.result(), call.asked)
+        samples = check_samples(call.returned if call.future is None else call.future.result(), call.places)
         self._check_given(samples.given)
+        if self.positions is not None:
+            samples = self.positions.mean(samples, call.asked)
         if call.asked > len(call.pixels):
             samples = Samples.from_values(samples.values[: len(call.pixels)], samples.layout)
         return call, samples, at

@@ -33,6 +33,11 @@ AHEAD = (32, 128, 1024)
 """Pixels of the core's calls before the first frame. The first call is not timed: it fills caches."""
 
 
+COMPLETING = 0.04
+"""Share of the time that completing takes where nobody asks for frames of a certain length. A tracer of 17 us a pixel
+takes 11 % more processor time at 640x480 with 0.06, 9 % with 0.045 and 7 % with 0.03, in 40, 31 and 19 frames."""
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Frame:
     """One step of a converging picture. In a notebook it shows itself; `save` writes it."""
@@ -131,6 +136,9 @@ class PartialPicture:
         Reprojected samples, shown at untraced pixels with mask 1. Traced samples overwrite them.
     guides : Guides, optional
         First surfaces of all pixels; the picture is then completed along them.
+    is_patient : bool
+        Whether frames after the first trace for longer than their budget, so that completing takes `COMPLETING` of the
+        time of calls that wait for it.
     """
 
     def __init__(
@@ -145,9 +153,10 @@ class PartialPicture:
         turns: bool = False,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
+        is_patient: bool = False,
     ) -> None:
         self.calls, self.sequence, self.planner, self.mode = calls, sequence, planner, mode
-        self._turns = turns
+        self._turns, self._is_patient = turns, is_patient
         self._completion = ""  # name of the network for this frame
         self.expected = expected
         self.guides = guides
@@ -344,6 +353,8 @@ class PartialPicture:
         known, core = self._known, self.planner.core
         if count is None:
             self._completion = core.completion(self.mode, known, budget)
+            if self._is_patient and self.traced and self.calls.in_flight == 1:
+                budget = max(budget, core.for_completing(self._completion) / COMPLETING)
         else:
             self._completion = core.completion(self.mode, min(1, known + count / self.total), inf)
         done = 0

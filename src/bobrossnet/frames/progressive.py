@@ -10,6 +10,7 @@ from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls
 from bobrossnet.frames.frame import Frame, PartialPicture
 from bobrossnet.frames.planner import Planner
+from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
@@ -34,6 +35,7 @@ def progressive(
     until: float = 0,
     order: str = "default",
     seed: int = 0,
+    samples: int = 1,
     model: NetworkLike = "default",
     light: LightLike = None,
     ground: bool | None = None,
@@ -61,7 +63,8 @@ def progressive(
     size : (height, width) or "WIDTHxHEIGHT", optional
         By default the tracer's size, or (480, 640).
     frame_ms : float above 0, optional
-        Time for each frame in milliseconds; the number of pixels adapts. 33 if both this and `fraction` are omitted.
+        Time for each frame in milliseconds; the number of pixels adapts. 33 if both this and `fraction` are omitted;
+        frames of your own tracer then become longer, so that completing adds less than a tenth to its time.
         Each frame completes its picture, traces for at least a quarter of the completion's time, and traces enough
         pixels to repay the fixed cost of a call. A smaller budget is overrun.
     fraction : float in (0, 1], optional
@@ -77,6 +80,11 @@ def progressive(
         Order in which pixels are traced, as in `trace`. Where `frame_ms` has time for many rays, "default" is
         "adaptive" in its first round only, and then subdivides squares with different pixels row by row, which is
         faster.
+    samples : int, 1..64
+        Samples of your own tracer in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Above 1, the tracer is asked
+        for positions instead of pixels, (m, 2) float64 rows and columns, where integers are pixel centres. Light is
+        averaged over each pixel; depth, normal, albedo and hit are those next to its centre. `batch` then counts
+        positions. `render` antialiases scenes.
     model : str or path
         As in `complete`; or "auto", for each frame the default or the filling, whichever has less error in its time.
         Under another light than the headlight, pictures are completed along first hits instead.
@@ -106,6 +114,9 @@ def progressive(
             raise InputError("camera: expected none with a tracer, which has its own")
         if not callable(tracer):
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+    positions = Positions(samples)
+    if tracer is None and len(positions) > 1:
+        raise InputError("samples: expected 1 with a scene, got more; render antialiases scenes")
     size = _size_of(tracer, size)
     guides, name = None, model if isinstance(model, str) else None
     lit = None
@@ -132,7 +143,17 @@ def progressive(
     if at_first == size[0] * size[1]:  # no choice of pixels, and no second round
         sequence = PixelSequence(size, "lattice", seed)
     turns = order == "default" and guides is None and count is None
-    picture = PartialPicture(Calls(tracer), size, layout, sequence, planner, "adaptive", turns=turns, guides=guides)
+    picture = PartialPicture(
+        Calls(tracer, positions if len(positions) > 1 else None),
+        size,
+        layout,
+        sequence,
+        planner,
+        "adaptive",
+        turns=turns,
+        guides=guides,
+        is_patient=frame_ms is None and scene is None,
+    )
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     if turns:

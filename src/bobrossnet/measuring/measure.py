@@ -179,7 +179,7 @@ def _of_part(scene: Scene, root: Part) -> Measures:
     cache: dict[int, Amount] = {}
     for part in (root, *root.walk()):
         if part.own:
-            amount = _amount(scene, part.own, cache)
+            amount = amount_of(scene, part.own, cache)
             parts.append(_measures(scene, str(part), part.own, amount))
     if len(parts) == 1:
         return replace(parts[0], name=str(root), parts=tuple(parts) if not root.path else ())
@@ -187,7 +187,7 @@ def _of_part(scene: Scene, root: Part) -> Measures:
     volume = None if None in volumes else float(sum(filter(None, volumes)))
     error = max(part.error for part in parts)
     if volume is None and all(isinstance(scene.instances[own.instance].shape, Mesh) for own in root.selected):
-        volume = _absolute(_amount_of_meshes(scene, root.selected).volume)  # parts may close each other
+        volume = _absolute(amount_of_meshes(scene, root.selected).volume)  # parts may close each other
     total = Amount(sum(part.area for part in parts), volume, error)
     return replace(_measures(scene, str(root), root.selected, total), parts=tuple(parts))
 
@@ -201,10 +201,10 @@ def _absolute(volume: float | None) -> float | None:
     return None if volume is None else abs(volume)
 
 
-def _amount(scene: Scene, own: tuple[Selected, ...], cache: dict[int, Amount]) -> Amount:
-    """Return the area and volume of a part's own primitives. `cache` has the results of whole shapes."""
+def amount_of(scene: Scene, own: tuple[Selected, ...], cache: dict[int, Amount]) -> Amount:
+    """Return the area and volume, not signed, of a part's own primitives. `cache` has the results of whole shapes."""
     meshes = tuple(each for each in own if isinstance(scene.instances[each.instance].shape, Mesh))
-    found = [_amount_of_meshes(scene, meshes)] if meshes else []
+    found = [amount_of_meshes(scene, meshes)] if meshes else []
     for number, start, stop in own:
         instance = scene.instances[number]
         shape, matrix = instance.shape, instance.transform
@@ -226,8 +226,13 @@ def _amount(scene: Scene, own: tuple[Selected, ...], cache: dict[int, Amount]) -
     return Amount(sum(each.area for each in found), total, max(each.error for each in found))
 
 
-def _amount_of_meshes(scene: Scene, own: tuple[Selected, ...]) -> Amount:
-    """Return the area and volume of triangles, which may close each other."""
+def amount_of_meshes(scene: Scene, own: tuple[Selected, ...]) -> Amount:
+    """Return the area and signed volume of triangles, which may close each other."""
+    return of_triangles(*triangles_of(scene, own))
+
+
+def triangles_of(scene: Scene, own: Iterable[Selected]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Return vertices and triangles of meshes' primitives in the scene, with their normals outwards."""
     vertices, triangles, count = [], [], 0
     for number, start, stop in own:
         instance = scene.instances[number]
@@ -238,7 +243,7 @@ def _amount_of_meshes(scene: Scene, own: tuple[Selected, ...]) -> Amount:
         corners = corners.reshape(-1, 3) + count
         triangles.append(corners[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else corners)
         count += len(used)
-    return of_triangles(np.concatenate(vertices), np.concatenate(triangles).astype(np.int32))
+    return np.concatenate(vertices), np.concatenate(triangles).astype(np.int32)
 
 
 # ---- Picks -----------------------------------------------------------------------------------------------

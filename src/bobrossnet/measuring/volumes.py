@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,9 @@ SINGLE = 1e-6
 """The same of meshes of formulas and tubes: these are computed in float32."""
 
 
+Indices: TypeAlias = NDArray[np.int64]
+
+
 class Amount(NamedTuple):
     """An area and a volume."""
 
@@ -58,16 +61,32 @@ def of_triangles(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) ->
 
 def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float | None:
     """Return the signed volume of a closed mesh, negative if it is inside out; None if an edge has no opposite."""
-    _, same = np.unique(vertices, axis=0, return_inverse=True)
-    corners = same.reshape(-1)[triangles].astype(np.int64)
-    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    start, end = _edges(vertices, triangles)
     count = len(vertices)
-    forth = np.concatenate([corners[:, i] * count + corners[:, (i + 1) % 3] for i in range(3)])
-    back = np.concatenate([corners[:, (i + 1) % 3] * count + corners[:, i] for i in range(3)])
-    if not np.array_equal(np.sort(forth), np.sort(back)):
+    if not np.array_equal(np.sort(start * count + end), np.sort(end * count + start)):
         return None
     a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def _edges(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> tuple[Indices, Indices]:
+    """Return the edges of all triangles, from and to, with one number for vertices of one place."""
+    _, same = np.unique(vertices, axis=0, return_inverse=True)
+    corners = same.reshape(-1)[triangles].astype(np.int64)
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    return corners.T.reshape(-1), np.roll(corners, -1, axis=1).T.reshape(-1)
+
+
+def edge_faults(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> tuple[int, int]:
+    """Return the number of edges of one triangle, at holes, and of edges that two triangles run along the same way.
+
+    The second are the borders of triangles that are inside out.
+    """
+    start, end = _edges(vertices, triangles)
+    edges = np.minimum(start, end) * len(vertices) + np.maximum(start, end)
+    _, which, count = np.unique(edges, return_inverse=True, return_counts=True)
+    along = np.bincount(which.reshape(-1), np.where(start < end, 1, -1), len(count))
+    return int((count == 1).sum()), int(((count == 2) & (along != 0)).sum())
 
 
 def placed_brep(brep: Brep, matrix: Matrix) -> tuple[Brep, float]:

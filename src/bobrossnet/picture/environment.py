@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_srgb
+from bobrossnet.color import from_8_bit
 from bobrossnet.picture.values import check_range
 from bobrossnet.support.errors import InputError, check_array
 from bobrossnet.support.paths import path_of
@@ -79,7 +79,7 @@ def _of_picture(path: Path) -> NDArray[np.float32]:
             texels = np.asarray(image.convert("RGB"))
     except (UnidentifiedImageError, Image.DecompressionBombError, ValueError, SyntaxError) as error:
         raise InputError(f"{path}: expected a picture, .hdr or .exr: {error}") from None
-    radiance: NDArray[np.float32] = from_srgb(np.arange(256) / 255).astype(np.float32)[texels]
+    radiance: NDArray[np.float32] = from_8_bit(texels)
     return radiance
 
 

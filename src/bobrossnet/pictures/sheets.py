@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import floor, log10
-from typing import TYPE_CHECKING, Any
+from math import asin, atan2, ceil, degrees, isqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_srgb
+from bobrossnet.color import from_8_bit
+from bobrossnet.measuring.measure import measure
 from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import color_to_8_bit
-from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.order import Size, SizeLike, check_size
+from bobrossnet.pictures.annotations import GRAY, PAPER, Annotations, Place, font, lengths
 from bobrossnet.pictures.drawing import Edges
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
 from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.parts import Extent
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.section import SectionLike
-
-if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
+from bobrossnet.tracing.section import Section, SectionLike, check_sections
 
 SIDES = {"front": "xz", "back": "xz", "right": "yz", "left": "yz", "top": "xy", "bottom": "xy"}
 """The axes across and up of each view whose dimensions are drawn."""
+
+TOWARD = {"right": (1, 0, 0), "left": (-1, 0, 0), "back": (0, 1, 0), "front": (0, -1, 0), "top": (0, 0, 1)} | {
+    "bottom": (0, 0, -1)
+}
+"""Directions from the scene to the viewer."""
 
 LAYOUT = ("top", "isometric", "front", "right")
 """Third-angle projection: the top view lies above the front view, the right view to its right."""
@@ -38,26 +43,95 @@ PIXELS_A_PLACE = 16
 """Of which one is asked for its part."""
 
 MAX_NAMES = 12
-MAX_NAME = 24
 
 LINES = Edges(1.25, "#141820")
 
-INK, GRAY, PAPER = (20, 24, 32), (110, 118, 130), (255, 255, 255)
+LINE_SHARE, LEAST_LINE = 40, 14
+"""Lines of text in the shorter side, and their least pixels: letters stay legible on 768 pixels."""
 
 
-def lengths(sides: Iterable[float], unit: str) -> str:
-    """Lengths as people read them, such as "4 x 2 x 1 mm"."""
-    return " x ".join(f"{side:.4g}" for side in sides) + (f" {unit}" if unit else "")
+@dataclass(frozen=True, eq=False)
+class SheetView:
+    """A view in its place on a sheet."""
 
-
-@dataclass(frozen=True)
-class _Cell:
-    """A view in its place on the sheet."""
-
-    name: str
+    label: str
+    scene: Scene
+    """Cut open, if the view is a section's."""
+    camera: Camera
     left: int
     top: int
-    size: tuple[int, int]
+    size: Size
+    axes: str | None
+    """Those across and up, whose dimensions are drawn; None if the view shows others."""
+
+    @property
+    def middle(self) -> Place:
+        """x and y on the page."""
+        return self.left + self.size[1] / 2, self.top + self.size[0] / 2
+
+    def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return x and y on the page, (n, 2), of points of the scene, (n, 3)."""
+        unit = np.asarray((points - self.scene.center) / self.scene.radius, np.float32)
+        seen = self.camera.core(self.scene.center, self.scene.radius).seen(*self.size, unit)[:, :2]
+        return seen[:, ::-1].astype(np.float64) + (self.left + 0.5, self.top + 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The views of a sheet and their scale; `drawn` draws them."""
+
+    scene: Scene
+    size: Size
+    views: tuple[SheetView, ...]
+    sections: tuple[Section, ...]
+    pixels: float
+    """Of a unit of length."""
+    line: int
+    """Pixels of a line of text."""
+    unit: str
+    """Follows lengths."""
+
+    def drawn(self, title: str | None = None, edges: bool = True, names: bool = True) -> Picture:
+        """Draw the sheet; the arguments are those of `sheet`."""
+        from PIL import Image, ImageDraw
+
+        (height, width), line, unit = self.size, self.line, self.unit
+        page = Image.new("RGB", (width, height), PAPER)
+        for view in self.views:
+            page.paste(Image.fromarray(_drawn(view, edges)), (view.left, view.top))
+        notes, box = Annotations(ImageDraw.Draw(page), line, unit), self.scene.extent
+        named = next((view for view in self.views if view.label == "isometric"), self.views[0])
+        for view in self.views:
+            notes.label((view.left + line // 2, view.top + line // 2), view.label, GRAY, "lt")
+            if view.axes is not None:
+                wide, high = (float(box.size["xyz".index(axis)]) for axis in view.axes)
+                notes.dimensions(view.middle, wide, high, self.pixels)
+                for section in self.sections if view.label in SIDES else ():
+                    self._cutting_line(notes, view, section)
+            if names and view is named and (places := _named_places(view)):
+                notes.names(places, view.left + view.size[1] - line / 2, view.top + line, view.size[0] - 2 * line)
+        notes.scale_bar(width - line / 2, height - 0.7 * line, self.pixels)
+        facts = [lengths(box.size, unit), *_facts(self.scene, unit)]
+        notes.title(
+            (line / 2, height - line), self.scene.describe() if title is None else title, facts, width - 9 * line
+        )
+        return Picture(from_8_bit(np.asarray(page)), np.ones((height, width), np.float32))
+
+    def _cutting_line(self, notes: Annotations, view: SheetView, section: Section) -> None:
+        """Draw where a section along an axis of the view cuts."""
+        axis, offset = _axis(section)
+        if axis is None or view.axes is None or "xyz"[axis] not in view.axes:
+            return
+        (other,) = ("xyz".index(name) for name in view.axes if name != "xyz"[axis])
+        low, high = self.scene.extent
+        if not low[axis] < offset < high[axis]:
+            return
+        ends = np.array([self.scene.extent.center] * 2)
+        ends[:, axis], ends[:, other] = offset, (low[other], high[other])
+        places = view.places(ends).tolist()
+        # The upper or right end comes last: there is free space for the name.
+        start, end = sorted(places, key=lambda place: (place[0] - place[1], place))
+        notes.cutting_line((start[0], start[1]), (end[0], end[1]), _text(section))
 
 
 def sheet(
@@ -76,21 +150,23 @@ def sheet(
     Parameters
     ----------
     scene : Scene, Shape, Instance, path or iterable of these
+        Its own sections cut all views.
     views : sequence of str
         One to six of "front", "back", "right", "left", "top", "bottom" and "isometric", in rows of two from the top
         left on. By default third-angle projection.
     size : (height, width), or "WIDTHxHEIGHT"
         At least 240 x 240.
     title : str, optional
-        The first words of the bottom line; size and number of parts follow. By default the scene's description.
+        The first words of the bottom line. Size, number of parts and, of meshes and NURBS, the volume follow. By
+        default the scene's description.
     unit : str, optional
         Follows the dimensions, such as "mm"; by default the scene's.
     edges : bool
         Draw edges, as in `draw`.
     names : bool
-        Name up to twelve parts in the isometric view, if they have different names.
+        Name up to twelve parts, in the isometric view or else in the first.
     section : Section, text such as "x=0", or up to six of them, optional
-        As in `Scene`; by default the scene's.
+        Each adds a view that looks at the cut, and a line that marks it in the other views.
 
     Returns
     -------
@@ -108,9 +184,17 @@ def sheet(
     >>> bob.sheet(bob.happy_tree(), size="480x360").size
     (360, 480)
     """
-    from PIL import Image, ImageDraw
+    edges, names = check_flag("edges", edges), check_flag("names", names)
+    if title is not None and not isinstance(title, str):
+        raise InputTypeError(f"title: expected a string, got {type(title).__name__}")
+    return laid_out(scene, views, size, unit, section).drawn(title, edges, names)
 
-    scene = as_scene(scene, section)
+
+def laid_out(
+    scene: SceneLike, views: Sequence[str], size: SizeLike, unit: str | None = None, section: SectionLike = None
+) -> Sheet:
+    """Return the sheet of some views and sections, not yet drawn; the arguments are those of `sheet`."""
+    scene = as_scene(scene)
     height, width = check_size(size)
     if min(height, width) < 240:
         raise InputError(f"size: expected at least 240x240, got {width}x{height}")
@@ -120,55 +204,77 @@ def sheet(
     ]
     if not 1 <= len(chosen) <= 6:
         raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
-    edges, names = check_flag("edges", edges), check_flag("names", names)
-    unit = (scene.unit or "") if unit is None else unit
-    for name, text in (("title", "" if title is None else title), ("unit", unit)):
-        if not isinstance(text, str):
-            raise InputTypeError(f"{name}: expected a string, got {type(text).__name__}")
-
-    box = scene.extent
-    line = max(14, min(height, width) // 45)
-    cells = _cells(chosen, height - 2 * line, width)
-    fits = [_fit(scene, box, cell, line) for cell in cells]
-    zoom = min(camera.zoom for camera in fits)
-    cameras = [replace(camera, zoom=zoom) for camera in fits]
-    page = Image.new("RGB", (width, height), PAPER)
-    draw = ImageDraw.Draw(page)
-    pixels = min(cells[0].size) * zoom / (2 * scene.radius)
-    for cell, camera in zip(cells, cameras, strict=True):
-        page.paste(Image.fromarray(_drawn(scene, camera, cell.size, edges)), (cell.left, cell.top))
-    for cell, camera in zip(cells, cameras, strict=True):
-        _label(draw, (cell.left + line // 2, cell.top + line // 2), cell.name, line, GRAY, "lt")
-        if cell.name in SIDES:
-            _dimensions(draw, box, cell, pixels, line, unit)
-        elif names:
-            _names(draw, scene, camera, cell, line)
-    _scale_bar(draw, (width, height - line), pixels, line, unit)
-    parts = len(scene.instances)
-    words = [scene.describe() if title is None else title, lengths(box.size, unit)]
-    if parts > 1:
-        words.append(f"{parts:,} parts")
-    _label(draw, (line // 2, height - line), "   ".join(words), line, INK, "lm", width - line - 8 * line)
-    return Picture(np.asarray(from_srgb(np.asarray(page) / 255), np.float32), np.ones((height, width), np.float32))
+    if unit is not None and not isinstance(unit, str):
+        raise InputTypeError(f"unit: expected a string, got {type(unit).__name__}")
+    unit = scene.unit or "" if unit is None else unit
+    sections = check_sections(section)
+    line = max(LEAST_LINE, min(height, width) // LINE_SHARE)
+    shown = [(name, scene, Camera.named(name), SIDES.get(name)) for name in chosen]
+    shown += [_section_view(scene, each) for each in sections]
+    cells = _cells(len(chosen), len(sections), height - 2 * line, width)
+    widest = max(font(line).getlength(lengths([side], unit)) for side in scene.extent.size)
+    margins = 7 * line, 2 * (ceil(widest) + 2 * line)
+    placed = [
+        SheetView(label, seen, _fit(seen, camera, axes, cell, margins), left, top, cell, axes)
+        for (label, seen, camera, axes), (left, top, cell) in zip(shown, cells, strict=True)
+    ]
+    zoom = min(view.camera.zoom for view in placed)
+    placed = [replace(view, camera=replace(view.camera, zoom=zoom)) for view in placed]
+    pixels = min(placed[0].size) * zoom / (2 * scene.radius)
+    return Sheet(scene, (height, width), tuple(placed), sections, pixels, line, unit)
 
 
-def _cells(views: list[str], height: int, width: int) -> list[_Cell]:
-    columns = 1 if len(views) == 1 else 2 if len(views) <= 4 else 3
-    rows = -(-len(views) // columns)
+def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, str | None]:
+    """Return the label, scene, camera and axes of the view that looks at a cut."""
+    cut, label = scene.sectioned((*scene.section, section)), f"section {_text(section)}"
+    for name, toward in TOWARD.items():
+        if np.allclose(section.normal, toward, atol=1e-9):
+            return label, cut, Camera.named(name), SIDES[name]
+    x, y, z = section.normal
+    return label, cut, Camera(degrees(atan2(y, x)), degrees(asin(max(-1.0, min(1.0, z))))), None
+
+
+def _axis(section: Section) -> tuple[int | None, float]:
+    """Return the axis along a section's normal and the coordinate of its plane; None if there is none."""
+    axis = int(np.argmax(np.abs(section.normal)))
+    if not np.allclose(np.delete(section.normal, axis), 0, atol=1e-9):
+        return None, 0.0
+    return axis, section.offset * float(np.sign(section.normal[axis])) + 0.0
+
+
+def _text(section: Section) -> str:
+    axis, offset = _axis(section)
+    if axis is None:
+        return f"({', '.join(f'{x:.3g}' for x in section.normal)}) {section.offset:.4g}"
+    return f"{'xyz'[axis]}{'=' if section.normal[axis] > 0 else '>'}{offset:.4g}"
+
+
+def _cells(views: int, sections: int, height: int, width: int) -> list[tuple[int, int, Size]]:
+    """Return left, top and size of each view's place. Sections fill columns right of the views, from the top."""
+    if views < 3:
+        count = views + sections
+        columns = isqrt(count - 1) + 1
+        rows = -(-count // columns)
+        places = [divmod(i, columns) for i in range(count)]
+    else:
+        columns = 2 if views <= 4 else 3
+        rows = -(-views // columns)
+        places = [divmod(i, columns) for i in range(views)]
+        places += [(i % rows, columns + i // rows) for i in range(sections)]
+        columns += -(-sections // rows)
     size = height // rows, width // columns
-    return [_Cell(view, i % columns * size[1], i // columns * size[0], size) for i, view in enumerate(views)]
+    return [(column * size[1], row * size[0], size) for row, column in places]
 
 
-def _fit(scene: Scene, box: Extent, cell: _Cell, line: int) -> Camera:
-    """The largest view of the cell that leaves room for dimensions and names around it."""
-    azimuth, elevation = VIEWS[cell.name]
-    camera = Camera(azimuth, elevation)
-    rows, columns = cell.size
-    room = rows - 7 * line, columns - 8 * line
-    if cell.name not in SIDES:
-        fit = fitted(scene, camera, size=room, margin=0)
+def _fit(scene: Scene, camera: Camera, axes: str | None, cell: Size, margins: Size) -> Camera:
+    """Return the camera whose view is the largest that leaves room for dimensions and names around it."""
+    rows, columns = cell
+    room = max(rows - margins[0], 1), max(columns - margins[1], 1)
+    if axes is None:
+        fit = fitted(scene.sectioned(None), camera, size=room, margin=0)
         return replace(fit, zoom=fit.zoom * min(room) / min(rows, columns))
-    wide, high = (float(box.size["xyz".index(axis)]) / (2 * scene.radius) for axis in SIDES[cell.name])
+    box: Extent = scene.extent
+    wide, high = (float(box.size["xyz".index(axis)]) / (2 * scene.radius) for axis in axes)
     zoom = min(room[0] / max(high, 1e-6), room[1] / max(wide, 1e-6)) / min(rows, columns)
     middle = (((box.low + box.high) / 2 - scene.center) / scene.radius).astype(np.float32)
     row, column = camera.core(scene.center, scene.radius).seen(rows, columns, middle[None])[0, :2]
@@ -177,93 +283,44 @@ def _fit(scene: Scene, box: Extent, cell: _Cell, line: int) -> Camera:
     return replace(camera, zoom=zoom, pan=pan)
 
 
-def _drawn(scene: Scene, camera: Camera, size: tuple[int, int], edges: bool) -> NDArray[np.uint8]:
+def _drawn(view: SheetView, edges: bool) -> NDArray[np.uint8]:
     """(H, W, 3) uint8."""
-    shown = render(scene, camera, size=size, background="#ffffff", light=HEADLIGHT, ground=False, edges=edges and LINES)
+    lines = edges and LINES
+    shown = render(
+        view.scene, view.camera, size=view.size, background="#ffffff", light=HEADLIGHT, ground=False, edges=lines
+    )
     return color_to_8_bit(shown.color)
 
 
-# ---- Lines and words -------------------------------------------------------------------------------------
+def _facts(scene: Scene, unit: str) -> list[str]:
+    """Return the number of parts and, where it is exact, the volume."""
+    parts = sum(bool(part.own) for part in scene.parts.walk())
+    facts = [f"{parts:,} part{'s' * (parts > 1)}"]
+    if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
+        volume = measure(scene).volume
+        facts.append("open" if volume is None else f"volume {volume:.5g}{f' {unit}^3' if unit else ''}")
+    return facts
 
 
-def _font(size: int) -> Any:
-    from PIL import ImageFont
-
-    return ImageFont.load_default(size)
-
-
-def _label(
-    draw: ImageDraw,
-    place: tuple[float, float],
-    text: str,
-    line: int,
-    color: tuple[int, int, int],
-    anchor: str,
-    width: float | None = None,
-) -> None:
-    """Text of the line's height, cut off if it is wider than `width`."""
-    font = _font(round(0.8 * line))
-    while width is not None and draw.textlength(text, font=font) > width and len(text) > 4:
-        text = f"{text[:-4]}..."
-    draw.text(place, text, color, font=font, anchor=anchor)
-
-
-def _dimensions(draw: ImageDraw, box: Extent, cell: _Cell, pixels: float, line: int, unit: str) -> None:
-    """A dimension line below the view and one to its left."""
-    wide, high = (float(box.size["xyz".index(axis)]) for axis in SIDES[cell.name])
-    middle = cell.left + cell.size[1] / 2, cell.top + cell.size[0] / 2
-    left, right = middle[0] - wide * pixels / 2, middle[0] + wide * pixels / 2
-    top, bottom = middle[1] - high * pixels / 2, middle[1] + high * pixels / 2
-    y, x, tick = bottom + 1.2 * line, left - 1.2 * line, 0.3 * line
-    draw.line([(left, y), (right, y)], GRAY)
-    for end in (left, right):
-        draw.line([(end, bottom + 0.4 * line), (end, y + tick)], GRAY)
-    draw.line([(x, top), (x, bottom)], GRAY)
-    for end in (top, bottom):
-        draw.line([(left - 0.4 * line, end), (x - tick, end)], GRAY)
-    _label(draw, (middle[0], y + 0.3 * line), lengths([wide], unit), line, INK, "mt")
-    _label(draw, (x - 0.4 * line, middle[1]), lengths([high], unit), line, INK, "rm")
-
-
-def _scale_bar(draw: ImageDraw, corner: tuple[int, int], pixels: float, line: int, unit: str) -> None:
-    """The longest of 1, 2 or 5 times a power of ten units that is at most six lines wide."""
-    longest = 6 * line / pixels
-    power = 10.0 ** floor(log10(longest))
-    length = max(times * power for times in (1, 2, 5) if times * power <= longest)
-    right = corner[0] - line / 2
-    left, y = right - length * pixels, corner[1] + 0.3 * line
-    draw.line([(left, y), (right, y)], INK, width=max(2, line // 8))
-    for end in (left, right):
-        draw.line([(end, y - 0.25 * line), (end, y + 0.25 * line)], INK, width=max(2, line // 8))
-    _label(draw, ((left + right) / 2, y - 0.3 * line), lengths([length], unit), line, INK, "mb")
-
-
-def _names(draw: ImageDraw, scene: Scene, camera: Camera, cell: _Cell, line: int) -> None:
-    """The parts' names at the right border, each with a leader to a visible place of its part."""
-    names = [instance.name for instance in scene.instances]
-    if not 2 <= len(names) <= MAX_NAMES or None in names or len({*names}) < len(names):
-        return
-    places = _visible_places(scene, camera, cell.size)
-    rows, columns = cell.size
-    for i, (name, (row, column)) in enumerate(sorted(places.items(), key=lambda item: item[1])):
-        y = cell.top + line + (i + 0.5) * min((rows - 2 * line) / len(places), 2 * line)
-        right, text = cell.left + columns - line / 2, names[name] or ""
-        text = text if len(text) <= MAX_NAME else f"{text[: MAX_NAME - 3]}..."
-        start = right - draw.textlength(text, font=_font(round(0.8 * line))) - 0.3 * line
-        at = cell.left + column + 0.5, cell.top + row + 0.5
-        draw.line([(start, y), at], GRAY)
-        draw.ellipse([(at[0] - 2, at[1] - 2), (at[0] + 2, at[1] + 2)], INK)
-        _label(draw, (right, y), text, line, INK, "rm")
-
-
-def _visible_places(scene: Scene, camera: Camera, size: tuple[int, int]) -> dict[int, tuple[float, float]]:
-    """By instance, the row and column of the visible pixel nearest to the middle of its visible pixels."""
-    pixels = np.ascontiguousarray(tiled_pixels(size)[::PIXELS_A_PLACE])
-    rays, origins, directions = pixel_rays(camera, scene.center, scene.radius, size, pixels)
+def _named_places(view: SheetView) -> dict[str, Place]:
+    """Return x and y on the page of each part's visible pixel nearest to the middle of its visible pixels."""
+    scene = view.scene
+    parts = [part for part in scene.parts.walk() if part.own]
+    if not 2 <= len(parts) <= MAX_NAMES:
+        return {}
+    pixels = np.ascontiguousarray(tiled_pixels(view.size)[::PIXELS_A_PLACE])
+    rays, origins, directions = pixel_rays(view.camera, scene.center, scene.radius, view.size, pixels)
     hits, pixels = scene.closest_hits(origins, directions), pixels[rays]
+    found = np.full(len(hits.instance), -1)
+    for i, part in enumerate(parts):
+        for number, start, stop in part.own:
+            has_faces = isinstance(scene.instances[number].shape, Mesh | Brep)
+            primitive = np.maximum(hits.primitive, 0) if has_faces else start
+            found[(hits.instance == number) & (start <= primitive) & (primitive < stop)] = i
     places = {}
-    for instance in np.unique(hits.instance[hits.instance >= 0]).tolist():
-        own = pixels[hits.instance == instance]
+    for i in np.unique(found[found >= 0]).tolist():
+        own = pixels[found == i]
         row, column = own[((own - own.mean(axis=0)) ** 2).sum(axis=1).argmin()].tolist()
-        places[instance] = (row, column)
+        name = parts[i].name if sum(part.name == parts[i].name for part in parts) == 1 else str(parts[i])
+        places[name] = (view.left + column + 0.5, view.top + row + 0.5)
     return places

@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import asin, degrees, pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.picture.camera import Camera, as_camera
-from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.order import Size, SizeLike, check_size
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import DEFAULT_ORDER, Size, SizeLike, check_size
 from bobrossnet.picture.pose import Pose, pose_of
 from bobrossnet.pictures.background import Background
-from bobrossnet.pictures.rendering import check_picture, render
+from bobrossnet.pictures.rendering import PATHS_OF_SAMPLE, check_picture, finished
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
-from bobrossnet.tracing.light import LightLike
-from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
+from bobrossnet.tracing.light import HEADLIGHT, LightLike
+from bobrossnet.tracing.lit import lit_tracer
+from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer
+from bobrossnet.tracing.trace import trace, traced_light
 
 CHANNELS = ("color", "depth", "normal", "instance")
 
@@ -119,12 +122,17 @@ def views(
         raise InputTypeError("cameras: expected a number or several cameras, got one; put it in a list")
     else:
         placed = [as_camera(each, scene) for each in each_of("cameras", cameras, "a number or several cameras")]
-    shown = {"size": size, "samples": samples, "background": background, "light": light, "ground": ground}
 
     def made() -> Iterator[PosedView]:
         for camera in placed:
-            color = render(scene, camera, **shown).rgba if "color" in chosen else None  # type: ignore[arg-type]
-            yield _posed(scene, camera, size, chosen, color)
+            surfaces = trace(scene, camera, size=size, light=HEADLIGHT)
+            color = None
+            if "color" in chosen:
+                lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
+                gbuffer = surfaces if lit is None else traced_light(lit, 1.0, DEFAULT_ORDER, 0, None)
+                look: dict[str, Any] = {"samples": samples, "background": background, "model": "default"}
+                color = finished(gbuffer, scene, camera, **look).rgba
+            yield _posed(scene, camera, chosen, surfaces, color)
 
     return made()
 
@@ -151,28 +159,39 @@ def around(count: int) -> list[Camera]:
 
 
 def _posed(
-    scene: Scene, camera: Camera, size: Size, channels: tuple[str, ...], color: NDArray[np.uint8] | None
+    scene: Scene, camera: Camera, channels: tuple[str, ...], surfaces: GBuffer, color: NDArray[np.uint8] | None
 ) -> PosedView:
-    pose = pose_of(camera, scene.center, scene.radius, size)
-    pixels = tiled_pixels(size)
-    which, origins, directions = pixel_rays(camera, scene.center, scene.radius, size, pixels)
-    hits = scene.closest_hits(origins, directions)
-    found = hits.instance >= 0
-    rows, columns = pixels[which[found]].T
-    mask, instance = np.zeros(size, bool), np.full(size, -1, np.int32)
-    mask[rows, columns], instance[rows, columns] = True, hits.instance[found]
+    """Return the channels of a view from its first surfaces."""
+    mask = surfaces.alpha > 0
+    size = (mask.shape[0], mask.shape[1])
+    pose, core = pose_of(camera, scene.center, scene.radius, size), camera.core(scene.center, scene.radius)
+    instance = None
+    if "instance" in channels:
+        instance = _instances(scene, core, size) if len(scene.instances) > 1 else np.zeros(size, np.int32)
+        instance[~mask] = -1
+    places = np.argwhere(mask).astype(np.float32, order="C")
     depth = normal = None
     if "depth" in channels:
+        on_surface = core.points(*size, np.hstack([places, surfaces.depth[mask][:, None]]))
         forward, offset = pose.world_to_camera[2, :3], pose.world_to_camera[2, 3]
-        lengths = np.linalg.norm(directions[found], axis=1, keepdims=True)
-        points = origins[found] + directions[found] / lengths * hits.distance[found, None]
         depth = np.zeros(size, np.float32)
-        depth[rows, columns] = points @ forward + offset
+        depth[mask] = on_surface @ (scene.radius * forward) + (forward @ scene.center + offset)
     if "normal" in channels:
-        seen = SceneTracer(scene, camera, size, Layout("mask,normal"))(pixels[which[found]]).values[:, 1:3]
+        seen = surfaces.normal[mask]
         z = np.sqrt(np.maximum(1 - (seen**2).sum(axis=1, keepdims=True), 0))
         normal = np.zeros((*size, 3), np.float32)
-        on_screen, places = np.hstack([seen, z]).astype(np.float32), np.stack([rows, columns], axis=1)
-        core = camera.core(scene.center, scene.radius)
-        normal[rows, columns] = core.in_scene(*size, on_screen, places.astype(np.float32))
-    return PosedView(camera, size, pose, color, depth, normal, instance if "instance" in channels else None, mask)
+        normal[mask] = core.in_scene(*size, np.hstack([seen, z]), places)
+    return PosedView(camera, size, pose, color, depth, normal, instance, mask)
+
+
+def _instances(scene: Scene, core: _core.Camera, size: Size) -> NDArray[np.int32]:
+    """Return the first instance at each pixel, (H, W), -1 where there is none."""
+    pixels = tiled_pixels(size)
+    which, origins, directions = core.rays(*size, pixels)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    found, primitive = np.empty(len(which), np.int32), np.empty(len(which), np.int32)
+    t, u, v = np.empty(len(which), np.float32), np.empty(len(which)), np.empty(len(which))
+    scene.core.closest_hits(origins, directions, t, found, primitive, u, v)
+    instances = np.full(size, -1, np.int32)
+    instances[tuple(pixels[which].T)] = found
+    return instances

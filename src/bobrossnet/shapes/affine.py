@@ -77,6 +77,13 @@ def rotation(angle: Any, vector: Any) -> Matrix:
     return matrix
 
 
+def rotation_by_degrees(degrees: Any, vector: Any) -> Matrix:
+    """Return the `rotation` by an angle in degrees; exact for multiples of 90 about a coordinate axis."""
+    turn = check_number("degrees", degrees) % 360
+    matrix = rotation(np.radians(turn), vector)
+    return np.rint(matrix) + 0.0 if turn % 90 == 0 and np.count_nonzero(vector) == 1 else matrix
+
+
 def check_size(name: str, array: NDArray[Any]) -> None:
     """Raise InputError for numbers larger than `MAX_COORDINATE`."""
     largest = float(np.abs(array.astype(np.float64)).max(initial=0))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from bobrossnet import _core
-from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
+from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, rotation_by_degrees, scaling, translation
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError, InputTypeError, check_integer, each_of
 from bobrossnet.tracing.material import Material
@@ -108,12 +108,29 @@ class Instance:
         """Return the instance scaled about the scene's origin, by one factor or by one for each axis, not 0."""
         return self.transformed(scaling(factor))
 
-    def rotate(self, angle: float, vector: Any = Z) -> Instance:
-        """Return the instance rotated about an axis through the scene's origin, by an angle in radians.
+    def rotate(self, angle: float | None = None, vector: Any = Z, *, degrees: float | None = None) -> Instance:
+        """Return the instance rotated about an axis through the scene's origin.
 
         Positive angles are anticlockwise, seen against the axis.
+
+        Parameters
+        ----------
+        angle : float
+            In radians, as in the modelling language; or `degrees` instead.
+        vector : (3,) numbers
+            The axis, of any nonzero length; z by default.
+        degrees : float
+            The angle in degrees, like those of cameras and lights. Multiples of 90 are exact.
+
+        Examples
+        --------
+        >>> import bobrossnet as bob
+        >>> bob.Instance(bob.happy_tree()).rotate(degrees=90).transform[:2, :2].tolist()
+        [[0.0, -1.0], [1.0, 0.0]]
         """
-        return self.transformed(rotation(angle, vector))
+        if (angle is None) == (degrees is None):
+            raise InputError(f"angle: expected radians or degrees=, got {'neither' if angle is None else 'both'}")
+        return self.transformed(rotation(angle, vector) if degrees is None else rotation_by_degrees(degrees, vector))
 
     def digest(self) -> bytes:
         """SHA-256 of everything visible: the shape, its placement and its material."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from bobrossnet.support.errors import (
     InputTypeError,
     brief,
     check_direction,
+    check_integer,
     check_number,
     shape_of,
 )
@@ -138,6 +139,24 @@ class Part:
     def selected(self) -> tuple[Selected, ...]:
         """Primitives of the part and of all parts below it."""
         return tuple(selected for part in (self, *self.walk()) for selected in part.own)
+
+    def primitive(self, number: int) -> tuple[int, int]:
+        """Return the instance and the primitive of the part's own triangle or face of a number, counted from 0."""
+        left = check_integer("face", number, 0, sum(stop - start for _, start, stop in self.own) - 1)
+        for instance, start, stop in self.own:
+            if left < stop - start:
+                return instance, start + left
+            left -= stop - start
+        raise AssertionError("the number was checked")
+
+    def number_of(self, instance: int, primitive: int) -> int:
+        """Return the number that `primitive` takes, of a primitive of the part."""
+        before = 0
+        for number, start, stop in self.own:
+            if number == instance and start <= primitive < stop:
+                return before + primitive - start
+            before += stop - start
+        raise AssertionError("the primitive belongs to the part")
 
     @property
     def instances(self) -> tuple[int, ...]:
@@ -311,6 +330,31 @@ def colored(scene: AnyScene, parts: Iterable[Any], color: Color) -> AnyScene:
         instances.append(Instance(shape, part.transform, looks, part.name, part.pieces))
         instances.append(_cut(instance, _others(instance, chosen[i])))
     return scene.of(instance for instance in instances if instance is not None)
+
+
+def faces_colored(scene: AnyScene, faces: Iterable[tuple[int, int]], color: Color) -> AnyScene:
+    """Return the scene with some triangles or faces, pairs of an instance and a primitive, in one colour.
+
+    Unlike `colored`, this keeps shapes whole: a section still closes them.
+    """
+    chosen: dict[int, list[int]] = {}
+    for number, primitive in faces:
+        chosen.setdefault(number, []).append(primitive)
+    instances = [*scene.instances]
+    for number, primitives in chosen.items():
+        instance, shape = instances[number], instances[number].shape
+        if not isinstance(shape, Mesh | Brep):
+            raise InputError(f"face: expected one of a mesh or of NURBS, got a shape of kind {shape.kind}")
+        own = np.ones((primitive_count(shape), 3)) if shape.face_colors is None else shape.face_colors
+        colors = (own * instance.material.color).astype(np.float32)
+        colors[primitives] = Material(color).color
+        looks = asdict(instance.material) if type(instance.material) is Material else {}
+        if isinstance(shape, Brep):
+            painted: Shape = Brep.from_tensors(shape.tensors() | {"face_colors": colors})
+        else:
+            painted = Mesh.from_tensors(shape.tensors_apart() | {"face_colors": colors}, shape.picture)
+        instances[number] = replace(instance, shape=painted, material=Material(**looks | {"color": (1, 1, 1)}))
+    return scene.of(instances)
 
 
 def exploded(scene: AnyScene, factor: float, axis: Any) -> AnyScene:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import itertools
 import os
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -54,6 +56,7 @@ def evaluate_dataset(
     fillings: Sequence[str] = tuple(FILLINGS),
     repainting: bool = True,
     limit: int | None = None,
+    seconds: float = inf,
 ) -> Evaluation:
     """Evaluate models on a data set's test split: every patch of its shapes, at each share of traced pixels.
 
@@ -70,6 +73,7 @@ def evaluate_dataset(
     fillings : names in `FILLINGS` to compare with
     repainting : whether networks are also measured with the traced pixels repainted
     limit : maximum number of shapes, spread evenly over the split, optional
+    seconds : time after which no further picture begins
 
     Returns
     -------
@@ -84,7 +88,8 @@ def evaluate_dataset(
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
     pictures = _pictures_of_dataset(dataset, spread(list(numbers), limit))
-    return _evaluate(pictures, all_methods(models, fillings, repainting=repainting), fractions, orders)
+    methods = all_methods(models, fillings, repainting=repainting)
+    return _evaluate(_begun_within(seconds, pictures), methods, fractions, orders)
 
 
 def evaluate_folder(
@@ -122,6 +127,7 @@ def evaluate_scenes(
     repainting: bool = True,
     fov: float = 0,
     channel: str = "gray",
+    seconds: float = inf,
 ) -> Evaluation:
     """Evaluate models on views of scenes.
 
@@ -138,6 +144,7 @@ def evaluate_scenes(
     fov : of the cameras, in degrees; 0 is orthographic
     channel : "gray" or "color"
         The channel to complete and measure. Colours need `repainting=False`: networks repaint gray alone.
+    seconds : as in `evaluate_dataset`
 
     Returns
     -------
@@ -157,10 +164,20 @@ def evaluate_scenes(
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
     check_integer("views", views, 1, 1000)
     methods = all_methods(models, fillings, repainting=repainting, channel=channel)
-    result = _evaluate(_pictures_of_scenes(scenes, size, views, fov, channel), methods, fractions, orders)
+    pictures = _begun_within(seconds, _pictures_of_scenes(scenes, size, views, fov, channel))
+    result = _evaluate(pictures, methods, fractions, orders)
     if not result.pictures:
         raise InputError("scenes: expected at least one that can be loaded, got none")
     return result
+
+
+def _begun_within(seconds: float, pictures: Iterable[_Picture]) -> Iterator[_Picture]:
+    """Yield pictures until a time has passed, at least one."""
+    end = time.monotonic() + seconds
+    for picture in pictures:
+        yield picture
+        if time.monotonic() >= end:
+            return
 
 
 def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]]) -> Iterator[_Picture]:
