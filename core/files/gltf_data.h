@@ -89,14 +89,18 @@ public:
 
     /// The bytes of an image's view. Throws std::invalid_argument if it has none.
     [[nodiscard]] Bytes view(JsonValue number) const;
-    /// The bytes of a view; no value if only its compressed form exists.
-    [[nodiscard]] Bytes view(std::size_t number) const;
 
     /// Bytes in all buffers, each counted once.
     [[nodiscard]] std::size_t size() const;
 
 private:
+    struct View {
+        Bytes bytes;
+        std::size_t stride;  // 0: elements lie next to each other
+    };
     void check_views();
+    View plain(JsonValue view) const;
+    View decompressed(JsonValue compressed);
     Accessor checked(JsonValue accessor) const;
     /// Elements that lie in a view.
     struct Block {
@@ -109,12 +113,9 @@ private:
     JsonDocument document_;
     std::vector<std::pair<std::string_view, std::vector<JsonValue>>> lists_;
     std::vector<Bytes> buffers_;
-    std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs
-    struct View {
-        std::size_t buffer, offset, length, stride;  // stride 0: elements lie next to each other
-        std::string_view compression;
-    };
+    std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs, and of compressed views
     std::vector<View> views_;
+    std::uint64_t unpacked_ = 0;  // bytes of compressed views
     std::vector<Accessor> accessors_;
 };
 

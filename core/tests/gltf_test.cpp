@@ -89,3 +89,16 @@ TEST(base64_ends_anywhere) {
     CHECK(text("YWJj\nZA==") == "abcd");
     for (const char* const wrong : {"Y", "YQ=", "Y=Q=", "????", "YWJj="}) CHECK(text(wrong) == "none");
 }
+
+TEST(gltf_compressed_data_have_bounded_size) {
+    const auto error = [](const std::string& compressed) {
+        std::string text = triangle("");
+        text.insert(text.find(R"("byteLength":9)"), R"("extensions":{"EXT_meshopt_compression":{"buffer":0,"byteLength":9,)" + compressed + "}},");
+        return error_of(text);
+    };
+    const std::string place = "bufferViews[0]: EXT_meshopt_compression: ";
+    CHECK(error(R"("byteStride":256,"count":262145,"mode":"ATTRIBUTES")") == place + "expected at most 67,108,864 bytes once decompressed, got more");
+    CHECK(error(R"("byteStride":256,"count":2,"mode":"ATTRIBUTES")") == place + "expected compressed data of a known version, got another");
+    CHECK(error(R"("byteStride":2,"count":2,"mode":"ATTRIBUTES")") == place + "byteStride: expected one that its mode and filter allow, got 2");
+    CHECK(error(R"("byteStride":2,"count":2,"mode":"SPARSE")") == place + "mode: expected ATTRIBUTES, TRIANGLES or INDICES, got 'SPARSE'");
+}
