@@ -86,6 +86,21 @@ def test_meshopt_data_of_every_mode_and_filter() -> None:
     assert expected[0]["uv"] is not None
 
 
+def test_draco_meshes_of_every_kind() -> None:
+    """Both files were made from the same numbers, one by Google's encoder, which changes the order of points."""
+    found, expected = (mesh_fields(f"draco/every-kind{which}.glb") for which in ("", "-uncompressed"))
+    assert len(found) == len(expected) == 2
+    for mesh, plain in zip(found, expected, strict=True):
+        rows = [
+            np.hstack([values[name] for name in ("vertices", "normals", "colors", "uv") if values[name] is not None])
+            for values in (mesh, plain)
+        ]
+        distances = np.abs(rows[0][:, None] - rows[1]).max(axis=2)
+        assert distances.min(axis=1).max() < 3e-3
+        assert distances.min(axis=0).max() < 3e-3
+        assert len(mesh["triangles"]) == len(plain["triangles"])
+
+
 def test_maps_of_metal_and_roughness_are_shown_by_their_means() -> None:
     mapped, plain = (bob.load(FOLDER / f"metal-map/plastic-by-{how}.glb").instances[0] for how in ("map", "factors"))
     assert mapped.material.metallic == plain.material.metallic == 0

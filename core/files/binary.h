@@ -28,6 +28,7 @@ public:
     explicit Stream(Bytes bytes) : rest_(bytes) {}
 
     [[nodiscard]] std::size_t size() const { return rest_.size(); }
+    [[nodiscard]] Bytes rest() const { return rest_; }
 
     Bytes take(std::uint64_t size) {
         if (size > rest_.size()) refuse({"expected more compressed data, got its end"});
@@ -52,6 +53,20 @@ public:
 
 private:
     Bytes rest_;
+};
+
+/// Bytes that compressed data may still take in memory. Throws std::invalid_argument if they are spent.
+class Budget {
+public:
+    explicit Budget(std::uint64_t left) : total_(left), left_(left) {}
+
+    void take(std::uint64_t bytes) {
+        if (bytes > left_) refuse({"expected at most ", grouped(total_), " bytes once decompressed, got more"});
+        left_ -= bytes;
+    }
+
+private:
+    std::uint64_t total_, left_;
 };
 
 /// The signed integer whose sign is in the lowest bit.

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "glTF's numbers are co
 constexpr std::string_view checked_lists[] = {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"};
 constexpr std::string_view other_lists[] = {"materials", "textures", "images", "samplers", "skins"};
 constexpr std::string_view compressions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
-constexpr std::uint64_t max_unpacked = 64 << 20, max_ratio = 100;  // of compressed data: the larger of a size and a ratio
+constexpr std::uint64_t max_unpacked = 256 << 20, max_ratio = 100;  // of compressed data: the larger of a size and a ratio
 constexpr std::int64_t max_bytes = std::int64_t{1} << 32, max_count = std::int64_t{1} << 53;
 
 struct Type {
@@ -87,6 +87,12 @@ std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, s
         refuse({name, ": expected an integer in ", std::to_string(low), "..", std::to_string(high), ", got ", value.brief()});
     }
     return static_cast<std::int64_t>(*number);
+}
+
+void normalize(Numbers<double>& values, int component) {
+    if (const double unit = largest(component); unit != 1) {
+        for (double& value : values) value = std::max(value / unit, -1.0);
+    }
 }
 
 void check_count(std::string_view name, std::size_t count) {
@@ -215,6 +221,7 @@ JsonValue GltfData::item(std::string_view name, JsonValue number) const {
 
 void GltfData::check_views() {
     const std::vector<JsonValue>&views = list("bufferViews"), &accessors = list("accessors");
+    budget_ = Budget(std::max<std::uint64_t>(max_unpacked, max_ratio * size()));
     for (std::size_t i = 0; i < views.size(); ++i) {
         views_.push_back(at_item("bufferViews", i, [&] {
             for (const std::string_view name : compressions) {
@@ -241,9 +248,7 @@ GltfData::View GltfData::plain(JsonValue view) const {
 GltfData::View GltfData::decompressed(JsonValue compressed) {
     const std::size_t stride = as_size(integer("byteStride", compressed["byteStride"], 1, 256));
     const std::size_t count = as_size(integer("count", compressed["count"], 0, max_bytes));
-    const std::uint64_t limit = std::max<std::uint64_t>(max_unpacked, max_ratio * size());
-    unpacked_ += std::uint64_t{count} * stride;
-    if (unpacked_ > limit) refuse({"expected at most ", grouped(limit), " bytes once decompressed, got more"});
+    budget_.take(std::uint64_t{count} * stride);
     const auto text = [&](std::string_view name, std::string_view otherwise) { return compressed[name].text().value_or(otherwise); };
     return {decoded_.emplace_back(meshopt_decoded(plain(compressed).bytes, count, stride, text("mode", ""), text("filter", "NONE"))), stride};
 }
@@ -302,6 +307,11 @@ const Accessor& GltfData::accessor(JsonValue number) const {
     return accessors_[as_size(integer("accessor", number, 0, static_cast<std::int64_t>(accessors_.size()) - 1))];
 }
 
+DracoMesh GltfData::draco_mesh(JsonValue compressed, std::size_t max_triangles) {
+    const std::size_t number = as_size(integer("bufferView", compressed["bufferView"], 0, static_cast<std::int64_t>(views_.size()) - 1));
+    return draco_decoded(views_[number].bytes, max_triangles, budget_);
+}
+
 std::size_t GltfData::size() const {
     std::set<const std::uint8_t*> seen;
     std::size_t result = 0;
@@ -317,10 +327,9 @@ Bytes GltfData::view(JsonValue number) const {
 }
 
 /// Copies the numbers of a block to the given rows of its width, or to all rows if none are given.
-void GltfData::copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const {
+void GltfData::copy(const Block& block, std::span<const std::size_t> rows, Numbers<double>& to) const {
     const Bytes bytes = views_[block.view].bytes;
     const std::size_t size = size_of(block.component), width = static_cast<std::size_t>(block.width);
-    const double unit = is_normalized ? largest(block.component) : 1, lowest = is_normalized ? -1 : -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < block.count; ++i) {
         if (i % 65536 == 0) Interruption::check();
         const std::uint8_t* from = bytes.data() + block.offset + i * block.stride;
@@ -328,18 +337,17 @@ void GltfData::copy(const Block& block, bool is_normalized, std::span<const std:
         if (block.component == 5126) {
             for (std::size_t k = 0; k < width; ++k) row[k] = value_at<float>(from + k * size);
         } else {
-            for (std::size_t k = 0; k < width; ++k) row[k] = std::max(value_at(from + k * size, block.component) / unit, lowest);
+            for (std::size_t k = 0; k < width; ++k) row[k] = value_at(from + k * size, block.component);
         }
     }
 }
 
-Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool always) const {
+Numbers<double> GltfData::stored_numbers(const Accessor& accessor, int width) const {
     const std::size_t across = static_cast<std::size_t>(width), element = size_of(accessor.component) * static_cast<std::size_t>(accessor.width);
-    const bool is_normalized = (always || accessor.normalized) && !accessor.is_float();
     Numbers<double> result(across * accessor.count);
     if (!accessor.view) std::ranges::fill(result, 0.0);
     if (accessor.view && accessor.count) {
-        copy({*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width}, is_normalized, {}, result);
+        copy({*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width}, {}, result);
     }
     if (!accessor.sparse) return result;
     const auto number = [](JsonValue of, std::string_view name) { return as_size(integer(name, of[name], 0, max_bytes, 0)); };
@@ -348,20 +356,24 @@ Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool alwa
     if (!count) return result;
     const int kind = static_cast<int>(number(indices, "componentType"));
     Numbers<double> places(count);
-    copy({number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1}, false, {}, places);
+    copy({number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1}, {}, places);
     std::vector<std::size_t> rows;
     for (const double place : places) {
         rows.push_back(static_cast<std::size_t>(place));
         if (rows.back() >= accessor.count) refuse({"sparse: expected indices below ", grouped(accessor.count), ", got ", grouped(rows.back())});
     }
-    copy({number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width}, is_normalized, rows, result);
+    copy({number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width}, rows, result);
+    return result;
+}
+
+Numbers<double> GltfData::numbers(const Accessor& accessor, int width) const {
+    Numbers<double> result = stored_numbers(accessor, width);
+    if (accessor.normalized) normalize(result, accessor.component);
     return result;
 }
 
 Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
-    Accessor plain = accessor;
-    plain.normalized = false;
-    const Numbers<double> values = numbers(plain, 1);
+    const Numbers<double> values = stored_numbers(accessor, 1);
     Numbers<std::int32_t> result(values.size());
     std::ranges::transform(values, result.begin(), [](double value) {
         return value >= 0 && value <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(value) : -1;

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "files/binary.h"
+#include "files/draco.h"
 #include "files/json.h"
 #include "files/part.h"
 #include "files/text.h"
@@ -65,6 +67,9 @@ struct Accessor {
     [[nodiscard]] bool is_float() const { return component == 5126; }
 };
 
+/// Makes integers in place those of -1..1 or 0..1.
+void normalize(Numbers<double>& values, int component);
+
 /// The document, whose lists, indices and sizes are checked when it is made.
 class GltfData {
 public:
@@ -81,14 +86,17 @@ public:
     [[nodiscard]] const Accessor& accessor(JsonValue number) const;
 
     /// An accessor's numbers, `width` of each element, those that are normalized in 0..1 or -1..1. The caller counts them first.
-    ///
-    /// always: integers are normalized whatever the accessor says.
-    [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width, bool always = false) const;
+    [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width) const;
     /// An accessor's unsigned integers; those beyond 2^31 - 1 are -1.
     [[nodiscard]] Numbers<std::int32_t> indices(const Accessor& accessor) const;
 
     /// The bytes of an image's view. Throws std::invalid_argument if it has none.
     [[nodiscard]] Bytes view(JsonValue number) const;
+
+    /// A primitive's mesh by its extension KHR_draco_mesh_compression.
+    ///
+    /// max_triangles: more of them are refused.
+    [[nodiscard]] DracoMesh draco_mesh(JsonValue compressed, std::size_t max_triangles);
 
     /// Bytes in all buffers, each counted once.
     [[nodiscard]] std::size_t size() const;
@@ -107,7 +115,8 @@ private:
         std::size_t view, offset, stride, count;
         int component, width;
     };
-    void copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const;
+    void copy(const Block& block, std::span<const std::size_t> rows, Numbers<double>& to) const;
+    [[nodiscard]] Numbers<double> stored_numbers(const Accessor& accessor, int width) const;
     [[nodiscard]] std::size_t stride(std::size_t view, std::size_t element) const;
 
     JsonDocument document_;
@@ -115,7 +124,7 @@ private:
     std::vector<Bytes> buffers_;
     std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs, and of compressed views
     std::vector<View> views_;
-    std::uint64_t unpacked_ = 0;  // bytes of compressed views
+    Budget budget_{0};  // of compressed data
     std::vector<Accessor> accessors_;
 };
 
