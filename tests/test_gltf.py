@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import itertools
 import json
 import time
@@ -14,6 +15,7 @@ import pytest
 from gltf_cases import CASES, QUADRANTS, Case
 from loaded import area_of, told
 from numpy.typing import NDArray
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.shapes.mesh import Mesh
@@ -354,6 +356,33 @@ def test_hidden_nodes_hide_what_hangs_on_them(tmp_path: Path) -> None:
         "extensionsRequired": ["KHR_node_visibility"],
     }
     assert len(made.loaded(tmp_path).triangles) == 2
+
+
+@pytest.mark.parametrize("extension", ["EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu"])
+def test_textures_of_extensions(extension: str, tmp_path: Path) -> None:
+    """WebP and AVIF are decoded; a container of other formats is named in one warning."""
+    kind, file = extension.split("_")[-1], io.BytesIO()
+    if kind != "basisu":
+        Image.fromarray(np.full((2, 2, 3), 200, np.uint8)).save(file, kind, quality=100)
+    made = Gltf(TEXCOORD_0=POINTS[:, :2].astype("<f4"))
+    made.primitive["material"] = 0
+    made.more = {
+        "images": [{"uri": "data:;base64," + base64.b64encode(file.getvalue()).decode()}],
+        "textures": [{"extensions": {extension: {"source": 0}}}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "extensionsRequired": [extension],
+    }
+    scene, warned = told(made.saved(tmp_path))
+    texture = mesh_of(scene.instances[0]).texture
+    if kind == "basisu":
+        assert warned == [
+            "a.gltf: texture 0 was left out: expected a picture in PNG, JPEG, WebP or AVIF, got KHR_texture_basisu"
+        ]
+        assert texture is None
+    else:
+        assert warned == []
+        assert texture is not None
+        assert np.abs(texture.astype(int) - 200).max() <= 2
 
 
 @pytest.mark.parametrize("size", [50_000, 100_000])

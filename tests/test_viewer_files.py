@@ -587,7 +587,10 @@ def warnings_of(read, file, content, beside=()):
 def test_pictures_are_refused_before_they_are_decoded(read, tmp_path):
     """By the sizes in their headers, with Python's words. Each of the first uses up its share of the budget."""
     pictures = [png_head(30_000, 30_000), *(png_head(8192, 8191 - i) for i in range(3))]
-    unreadable, most = "expected a picture in PNG, JPEG or WebP, got none that can be read", "134,217,728 texels in all"
+    unreadable, most = (
+        "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read",
+        "134,217,728 texels in all",
+    )
     assert warnings_of(read, tmp_path / "a.glb", of_pictures(pictures)) == [
         "a.glb: texture 0 was left out: expected a picture of at most 67,108,864 texels, got more",
         f"a.glb: texture 1 was left out: {unreadable}",
@@ -621,7 +624,7 @@ SIZE_OF = """async ([bytes, sizes]) => {
   const { sizeOfPicture } = await import("/files/picture_size.js"), all = Uint8Array.from(bytes);
   return sizes.map((size) => sizeOfPicture(all.subarray(0, size)) ?? null);
 }"""
-FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA"]
+FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA", "AVIF of RGBA"]
 
 
 @pytest.mark.parametrize("form", FORMS)

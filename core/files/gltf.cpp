@@ -101,7 +101,7 @@ bool is_known(std::string_view extension) {
         "EXT_instance_features", "EXT_lights_image_based", "EXT_mesh_features", "EXT_mesh_gpu_instancing", "EXT_meshopt_compression",
         "EXT_structural_metadata", "EXT_texture_avif", "EXT_texture_webp", "KHR_animation_pointer", "KHR_draco_mesh_compression",
         "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_meshopt_compression", "KHR_node_visibility", "KHR_texture_basisu",
-        "KHR_texture_transform", "KHR_xmp_json_ld", "MSFT_texture_dds"};
+        "KHR_techniques_webgl", "KHR_texture_transform", "KHR_xmp_json_ld", "MSFT_texture_dds"};
     return extension.starts_with("KHR_materials_") || std::ranges::find(known, extension) != std::end(known);
 }
 
@@ -292,7 +292,7 @@ void Scene::check_nodes() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
         if (!parents_[i]) order.push_back(i);
     }
-    if (data_.root()["scenes"]) {
+    if (!scenes.empty()) {
         const JsonValue scene = scenes[static_cast<std::size_t>(integer("scene", data_.root()["scene"], 0, last(scenes), 0))];
         note(scene["extensions"]);
         for (const JsonValue root : listed("nodes", scene["nodes"])) {

@@ -67,12 +67,9 @@ double largest(int component) {
 
 std::size_t as_size(std::int64_t value) { return static_cast<std::size_t>(value); }
 
-/// Whether a buffer only stands for data that are stored compressed.
+/// Whether a buffer's file, which need not exist, is another form of data that are stored compressed.
 bool is_fallback(JsonValue buffer) {
-    return std::ranges::any_of(compressions, [&](std::string_view name) {
-        const JsonValue stated = buffer["extensions"][name];
-        return stated && (!buffer["uri"] || stated["fallback"].truth() == true);
-    });
+    return std::ranges::any_of(compressions, [&](std::string_view name) { return buffer["extensions"][name]["fallback"].truth() == true; });
 }
 
 }  // namespace
@@ -187,10 +184,8 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
     const std::vector<JsonValue>& buffers = list("buffers");
     for (std::size_t i = 0; i < buffers.size(); ++i) {
         const JsonValue uri = buffers[i]["uri"];
-        if (is_fallback(buffers[i])) {
-            buffers_.emplace_back();
-        } else if (!uri && chunk) {
-            buffers_.push_back(*chunk);
+        if (!uri || is_fallback(buffers[i])) {  // one without data only stands for those that are stored compressed
+            buffers_.push_back(!uri && chunk ? *chunk : Bytes());
         } else if (!uri.text()) {
             refuse({"buffers[", std::to_string(i), "]: expected a uri, got ", uri.brief()});
         } else if (auto data = at_place("buffers", [&] { return data_of_uri(*uri.text()); })) {
@@ -235,7 +230,9 @@ void GltfData::check_views() {
 }
 
 GltfData::View GltfData::plain(JsonValue view) const {
-    const Bytes buffer = buffers_[as_size(integer("buffer", view["buffer"], 0, static_cast<std::int64_t>(buffers_.size()) - 1))];
+    const std::size_t number = as_size(integer("buffer", view["buffer"], 0, static_cast<std::int64_t>(buffers_.size()) - 1));
+    const Bytes buffer = buffers_[number];
+    if (buffer.empty() && !list("buffers")[number]["uri"]) refuse({"buffers[", std::to_string(number), "]: expected a uri, got none"});
     const std::size_t length = as_size(integer("byteLength", view["byteLength"], 1, max_bytes));
     const std::size_t offset = as_size(integer("byteOffset", view["byteOffset"], 0, max_bytes, 0));
     const std::size_t stride = as_size(integer("byteStride", view["byteStride"], 1, max_bytes, 0));

@@ -50,6 +50,7 @@ TEST(gltf_errors_name_their_place) {
     CHECK(error_of(triangle("", R"(,"byteOffset":-1)")).starts_with("accessors[0]: byteOffset: expected an integer in 0.."));
     CHECK(error_of(triangle("", R"(,"byteOffset":1e999)")) == "accessors[0]: byteOffset: expected an integer, got 1e999");
     CHECK(error_of(triangle(R"(,"scene":1,"scenes":[{}])")) == "scene: expected an integer in 0..0, got 1");
+    CHECK(error_of(triangle(R"(,"scenes":[])")) == "");
     CHECK(error_of("{") != "");
     CHECK(error_of(std::string(1 << 20, '[')) != "");  // nested as deeply as it is long
 }
