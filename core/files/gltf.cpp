@@ -210,6 +210,7 @@ void Scene::read() {
     check_meshes();
     check_nodes();
     find_drawn();
+    note(data_.root()["extensions"]);
     for (const Drawn& drawn : drawn_) draw(drawn);
     for (Part& part : contents_.parts) {
         const std::size_t count = part.vertices.size() / 3;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "files/binary.h"
-#include "files/draco.h"
+#include "files/draco/mesh.h"
 #include "files/json.h"
 #include "files/part.h"
 #include "files/text.h"

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/interruption.h"
-#include "files/draco.h"
+#include "files/draco/mesh.h"
 #include "files/meshopt.h"
 #include "fuzz/fuzz.h"
 

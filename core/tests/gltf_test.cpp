@@ -44,6 +44,12 @@ TEST(gltf_points_are_z_up) {
     CHECK_EQ(part.triangles.size(), 3u);
 }
 
+TEST(gltf_extensions_of_the_whole_file_are_warned_of) {
+    Beside beside;
+    const std::string text = triangle(R"(,"extensions":{"CESIUM_RTC":{"center":[1,2,3]},"KHR_xmp_json_ld":{}})");
+    CHECK(read_gltf(bytes_of(text), beside).warnings == std::vector<std::string>{"not shown: CESIUM_RTC"});
+}
+
 TEST(gltf_errors_name_their_place) {
     CHECK(error_of(triangle("")) == "");
     CHECK(error_of(triangle("", R"(,"byteOffset":1)")) == "accessors[0]: expected 10 bytes in its view, got 9");

@@ -1,4 +1,4 @@
-#include "files/draco_connectivity.h"
+#include "files/draco/connectivity.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/interruption.h"
-#include "files/draco_entropy.h"
+#include "files/draco/entropy.h"
 #include "files/text.h"
 
 namespace bob::files::draco {

@@ -1,13 +1,14 @@
-#include "files/draco.h"
+#include "files/draco/mesh.h"
 
 #include <algorithm>
 #include <deque>
 #include <limits>
 #include <utility>
 
-#include "files/draco_attributes.h"
-#include "files/draco_connectivity.h"
-#include "files/draco_entropy.h"
+#include "files/draco/attributes.h"
+#include "files/draco/connectivity.h"
+#include "files/draco/entropy.h"
+#include "files/draco/predictions.h"
 #include "files/text.h"
 
 namespace bob::files {

@@ -1,4 +1,4 @@
-#include "files/draco_entropy.h"
+#include "files/draco/entropy.h"
 
 #include <algorithm>
 
