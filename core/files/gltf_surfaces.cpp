@@ -186,6 +186,7 @@ int GltfSurfaces::added(JsonValue image, const std::string& label) {
             made.bytes = std::move(*data);
         } else {
             made.name = path_of_uri(*uri);
+            made.label = {};
         }
     } else {
         const Bytes bytes = data_.view(image["bufferView"]);
