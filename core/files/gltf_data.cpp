@@ -230,14 +230,12 @@ void GltfData::check_views() {
 }
 
 GltfData::View GltfData::plain(JsonValue view) const {
-    const std::size_t number = as_size(integer("buffer", view["buffer"], 0, static_cast<std::int64_t>(buffers_.size()) - 1));
-    const Bytes buffer = buffers_[number];
-    if (buffer.empty() && !list("buffers")[number]["uri"]) refuse({"buffers[", std::to_string(number), "]: expected a uri, got none"});
+    const Bytes buffer = buffers_[as_size(integer("buffer", view["buffer"], 0, static_cast<std::int64_t>(buffers_.size()) - 1))];
     const std::size_t length = as_size(integer("byteLength", view["byteLength"], 1, max_bytes));
     const std::size_t offset = as_size(integer("byteOffset", view["byteOffset"], 0, max_bytes, 0));
     const std::size_t stride = as_size(integer("byteStride", view["byteStride"], 1, max_bytes, 0));
     if (length > buffer.size() || offset > buffer.size() - length) {
-        refuse({"expected buffers that hold what the bufferViews say, got one that is shorter"});
+        refuse({"expected buffers that hold what the bufferViews say, got one that is ", buffer.empty() ? "missing" : "shorter"});
     }
     return {buffer.subspan(offset, length), stride};
 }
