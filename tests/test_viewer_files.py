@@ -1077,7 +1077,7 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its header on
         ("a.glb", damaged(16, b"BIN\0"), "expected a first chunk of JSON, got one of "),
         ("a.glb", damaged(12, b"\xff\xff"), "expected 65"),
         ("a.glb", damaged(-BUFFER, b"\xff"), "expected 1"),
-        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "bufferViews[1]: expected buffers that hold what the bufferViews say"),
+        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "bufferViews[0]: expected buffers that hold what the bufferViews say"),
         ("a.glb", damaged(-BUFFER, b"\xa7"), "bufferViews[1]: expected buffers that hold what the bufferViews say"),
         ("a.glb", with_normals(1), "meshes[0]: NORMAL: expected vectors of type VEC3, got another"),
         ("a.glb", box_glb([{"mesh": 7}]), "nodes[0]: mesh: expected an integer in 0..1, got 7"),
