@@ -36,7 +36,10 @@ FACTS = {
     "stl/carriage-returns.stl": CUBE,
     "stl/upper-case.stl": CUBE,
 }
-ERRORS = {"stl/decimal-commas.stl": "expected numbers with decimal points, got '1,0'; replace decimal commas"}
+ERRORS = {
+    "bom/utf-16.obj": "expected text in UTF-8, got UTF-16; save it as UTF-8",
+    "stl/decimal-commas.stl": "expected numbers with decimal points, got '1,0'; replace decimal commas",
+}
 
 FILES = """async ([file, beside]) => {
   const { loadCore } = await import("/core/load.js"), { readFile } = await import("/files/read.js");

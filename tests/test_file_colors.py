@@ -155,7 +155,7 @@ def test_obj_maps_and_their_paths(tmp_path: Path) -> None:
     [
         ("missing.png", "found no such file: missing.png"),
         ("../t.png", "found no such file"),
-        ("a.mtl", "expected a picture in PNG, JPEG or WebP, got none that can be read"),
+        ("a.mtl", "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read"),
     ],
 )
 def test_a_texture_that_cannot_be_read_is_one_warning(map_kd: str, message: str, tmp_path: Path) -> None:
@@ -589,7 +589,8 @@ def test_gltf_that_is_cut_out_whole_is_not_there(tmp_path: Path) -> None:
 
 def test_pictures_of_any_kind_have_their_alpha(tmp_path: Path) -> None:
     """Palettes with a transparent colour, and gray."""
-    for mode, name in (("P", "a.png"), ("LA", "b.png"), ("RGBA", "c.webp"), ("P", "d.gif")):
+    exact: dict[str, Any] = {"webp": {"lossless": True}, "avif": {"quality": 100}}
+    for mode, name in (("P", "a.png"), ("LA", "b.png"), ("RGBA", "c.webp"), ("P", "d.gif"), ("RGBA", "e.avif")):
         image = Image.fromarray(LEAF.repeat(8, 0).repeat(8, 1)).convert("RGBA")
         alpha = image.getchannel("A").point(lambda value: 255 * (value >= 128))
         image.putalpha(alpha)
@@ -599,7 +600,7 @@ def test_pictures_of_any_kind_have_their_alpha(tmp_path: Path) -> None:
             indices.putpalette([255, 255, 255, 0, 0, 0])
             indices.save(tmp_path / name, transparency=1)
         else:
-            image.convert(mode).save(tmp_path / name, **({"lossless": True} if name.endswith("webp") else {}))
+            image.convert(mode).save(tmp_path / name, **exact.get(name[-4:], {}))
         mesh = mesh_of(obj(tmp_path, f"newmtl a\nmap_Kd {name}\n"))
         assert mesh.texture_alpha is not None, name
         assert np.array_equal(mesh.texture_alpha, np.asarray(alpha))
@@ -685,7 +686,11 @@ def test_3mf_textures(tmp_path: Path) -> None:
             "",
             "texture /3D/Textures/paint.png was left out: expected a picture in the file, found none of that name",
         ),
-        ({"3D/Textures/paint.png": b"no"}, "", "expected a picture in PNG, JPEG or WebP, got none that can be read"),
+        (
+            {"3D/Textures/paint.png": b"no"},
+            "",
+            "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read",
+        ),
         ({"3D/Textures/paint.png": b"\0" * (1 << 27)}, "", "got a zip file that unpacks to 134,217,728 bytes"),
         ({}, "x='y'", "texture without a path was left out"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import itertools
 import json
 import time
@@ -14,6 +15,7 @@ import pytest
 from gltf_cases import CASES, QUADRANTS, Case
 from loaded import area_of, told
 from numpy.typing import NDArray
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.shapes.mesh import Mesh
@@ -58,6 +60,47 @@ def test_cases(name: str, case: Case) -> None:
     elif case.color is not None:
         color = scene.instances[0].material.color if first.colors is None else first.colors[0]
         assert np.allclose(color, case.color, atol=1e-6)
+
+
+def mesh_fields(name: str) -> list[dict[str, NDArray[Any] | None]]:
+    """Of each mesh of a case: its arrays, those of triangles from their smallest corner on."""
+    result = []
+    for mesh in map(mesh_of, bob.load(FOLDER / name).instances):
+        turns = mesh.triangles.argmin(axis=1)[:, None] + np.arange(3)
+        triangles = np.take_along_axis(mesh.triangles, turns % 3, axis=1)
+        result.append(
+            {name: getattr(mesh, name) for name in ("vertices", "normals", "colors", "uv")} | {"triangles": triangles}
+        )
+    return result
+
+
+def test_meshopt_data_of_every_mode_and_filter() -> None:
+    """Both files were made by meshoptimizer's own encoder, from the same numbers; filters keep 12 bits of them or 8."""
+    found, expected = (mesh_fields(f"meshopt/every-kind{which}.glb") for which in ("", "-uncompressed"))
+    assert len(found) == len(expected) == 2
+    for mesh, plain in zip(found, expected, strict=True):
+        assert plain["colors"] is not None
+        for name, values in plain.items():
+            if values is None:
+                assert mesh[name] is None
+            else:
+                assert np.allclose(mesh[name], values, atol={"triangles": 0, "colors": 6e-3}.get(name, 2e-3)), name
+    assert expected[0]["uv"] is not None
+
+
+def test_draco_meshes_of_every_kind() -> None:
+    """Both files were made from the same numbers, one by Google's encoder, which changes the order of points."""
+    found, expected = (mesh_fields(f"draco/every-kind{which}.glb") for which in ("", "-uncompressed"))
+    assert len(found) == len(expected) == 2
+    for mesh, plain in zip(found, expected, strict=True):
+        rows = [
+            np.hstack([values[name] for name in ("vertices", "normals", "colors", "uv") if values[name] is not None])
+            for values in (mesh, plain)
+        ]
+        distances = np.abs(rows[0][:, None] - rows[1]).max(axis=2)
+        assert distances.min(axis=1).max() < 3e-3
+        assert distances.min(axis=0).max() < 3e-3
+        assert len(mesh["triangles"]) == len(plain["triangles"])
 
 
 def test_maps_of_metal_and_roughness_are_shown_by_their_means() -> None:
@@ -313,6 +356,33 @@ def test_hidden_nodes_hide_what_hangs_on_them(tmp_path: Path) -> None:
         "extensionsRequired": ["KHR_node_visibility"],
     }
     assert len(made.loaded(tmp_path).triangles) == 2
+
+
+@pytest.mark.parametrize("extension", ["EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu"])
+def test_textures_of_extensions(extension: str, tmp_path: Path) -> None:
+    """WebP and AVIF are decoded; a container of other formats is named in one warning."""
+    kind, file = extension.split("_")[-1], io.BytesIO()
+    if kind != "basisu":
+        Image.fromarray(np.full((2, 2, 3), 200, np.uint8)).save(file, kind, quality=100)
+    made = Gltf(TEXCOORD_0=POINTS[:, :2].astype("<f4"))
+    made.primitive["material"] = 0
+    made.more = {
+        "images": [{"uri": "data:;base64," + base64.b64encode(file.getvalue()).decode()}],
+        "textures": [{"extensions": {extension: {"source": 0}}}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "extensionsRequired": [extension],
+    }
+    scene, warned = told(made.saved(tmp_path))
+    texture = mesh_of(scene.instances[0]).texture
+    if kind == "basisu":
+        assert warned == [
+            "a.gltf: texture 0 was left out: expected a picture in PNG, JPEG, WebP or AVIF, got KHR_texture_basisu"
+        ]
+        assert texture is None
+    else:
+        assert warned == []
+        assert texture is not None
+        assert np.abs(texture.astype(int) - 200).max() <= 2
 
 
 @pytest.mark.parametrize("size", [50_000, 100_000])

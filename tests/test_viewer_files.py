@@ -587,7 +587,10 @@ def warnings_of(read, file, content, beside=()):
 def test_pictures_are_refused_before_they_are_decoded(read, tmp_path):
     """By the sizes in their headers, with Python's words. Each of the first uses up its share of the budget."""
     pictures = [png_head(30_000, 30_000), *(png_head(8192, 8191 - i) for i in range(3))]
-    unreadable, most = "expected a picture in PNG, JPEG or WebP, got none that can be read", "134,217,728 texels in all"
+    unreadable, most = (
+        "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read",
+        "134,217,728 texels in all",
+    )
     assert warnings_of(read, tmp_path / "a.glb", of_pictures(pictures)) == [
         "a.glb: texture 0 was left out: expected a picture of at most 67,108,864 texels, got more",
         f"a.glb: texture 1 was left out: {unreadable}",
@@ -621,7 +624,7 @@ SIZE_OF = """async ([bytes, sizes]) => {
   const { sizeOfPicture } = await import("/files/picture_size.js"), all = Uint8Array.from(bytes);
   return sizes.map((size) => sizeOfPicture(all.subarray(0, size)) ?? null);
 }"""
-FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA"]
+FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA", "AVIF of RGBA"]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -971,7 +974,8 @@ FORMAT = "expected a format that this page reads"
         ("my part.3DM", b"?", f"{FORMAT}, got .3dm; convert it: bobrossnet pack 'my part.bob' 'my part.3DM'"),
         (f"{'a' * 50}.igs", b"?", f"{FORMAT}, got .igs; convert it: bobrossnet pack scene.bob FILE"),
         ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending; add one, as in #part.glb after"),
-        ("a.ply", b"", "expected a scene, got an empty file"),
+        ("a.ply", b"", "expected a mesh, got an empty file"),
+        ("a.json", b"", "expected a scene, got an empty file"),
         ("a.ply", b"OFF", "expected a PLY, which starts with 'ply', got 'OFF'"),
         ("a.ply", b"ply\nformat ascii 1.0\n", "expected a PLY header that ends in end_header, got none"),
         ("a.ply", HEADER.replace(b"3", b"99999999") + FACES, "expected 99,999,999 vertex, 1 face, got only 0 bytes"),
@@ -1073,8 +1077,8 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its header on
         ("a.glb", damaged(16, b"BIN\0"), "expected a first chunk of JSON, got one of "),
         ("a.glb", damaged(12, b"\xff\xff"), "expected 65"),
         ("a.glb", damaged(-BUFFER, b"\xff"), "expected 1"),
-        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "expected buffers that hold what the bufferViews say"),
-        ("a.glb", damaged(-BUFFER, b"\xa7"), "expected buffers that hold what the bufferViews say"),
+        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "bufferViews[0]: expected buffers that hold what"),
+        ("a.glb", damaged(-BUFFER, b"\xa7"), "bufferViews[1]: expected buffers that hold what"),
         ("a.glb", with_normals(1), "meshes[0]: NORMAL: expected vectors of type VEC3, got another"),
         ("a.glb", box_glb([{"mesh": 7}]), "nodes[0]: mesh: expected an integer in 0..1, got 7"),
         ("a.glb", box_glb([{"mesh": None}]), "nodes[0]: mesh: expected an integer, got "),

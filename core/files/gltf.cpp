@@ -101,7 +101,7 @@ bool is_known(std::string_view extension) {
         "EXT_instance_features", "EXT_lights_image_based", "EXT_mesh_features", "EXT_mesh_gpu_instancing", "EXT_meshopt_compression",
         "EXT_structural_metadata", "EXT_texture_avif", "EXT_texture_webp", "KHR_animation_pointer", "KHR_draco_mesh_compression",
         "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_meshopt_compression", "KHR_node_visibility", "KHR_texture_basisu",
-        "KHR_texture_transform", "KHR_xmp_json_ld", "MSFT_texture_dds"};
+        "KHR_techniques_webgl", "KHR_texture_transform", "KHR_xmp_json_ld", "MSFT_texture_dds"};
     return extension.starts_with("KHR_materials_") || std::ranges::find(known, extension) != std::end(known);
 }
 
@@ -111,6 +111,8 @@ bool is_shown(std::string_view extension) {
                                           "KHR_draco_mesh_compression", "KHR_node_visibility", "KHR_xmp_json_ld"};
     return std::ranges::find(shown, extension) != std::end(shown);
 }
+
+constexpr std::string_view draco_compression = "KHR_draco_mesh_compression";
 
 enum Mode { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
@@ -147,7 +149,7 @@ using Joints = std::vector<Rows>;
 /// The reading of one file.
 class Scene {
 public:
-    Scene(const GltfData& data, Contents& contents)
+    Scene(GltfData& data, Contents& contents)
         : data_(data), contents_(contents), surfaces_(data, contents, not_shown_), meshes_(data.list("meshes")), nodes_(data.list("nodes")) {}
 
     void read();
@@ -171,9 +173,11 @@ private:
     [[nodiscard]] const Weights& weights_of(std::size_t node);
     [[nodiscard]] std::size_t instance_count(JsonValue node) const;
     [[nodiscard]] std::vector<Rows> instances_of(JsonValue node) const;
+    [[nodiscard]] const DracoMesh* draco_mesh(JsonValue stored);
+    [[nodiscard]] Numbers<double> numbers(JsonValue stored, std::string_view name, int width, std::optional<bool> is_normalized = {});
     [[nodiscard]] Primitive read(JsonValue stored, const Weights& weights);
     void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const;
-    void pose(Primitive& primitive, JsonValue stored, const Joints& joints) const;
+    void pose(Primitive& primitive, JsonValue stored, const Joints& joints);
     [[nodiscard]] const Joints& joints_of(JsonValue skin);
     void add(Primitive primitive, const Rows& place, int label);
     [[nodiscard]] int label_of(std::size_t node);
@@ -181,7 +185,7 @@ private:
 
     [[nodiscard]] JsonValue mesh_of(std::size_t node) const { return data_.item("meshes", nodes_[node]["mesh"]); }
 
-    const GltfData& data_;
+    GltfData& data_;
     Contents& contents_;
     NotShown not_shown_;
     GltfSurfaces surfaces_;
@@ -194,6 +198,7 @@ private:
     std::vector<Drawn> drawn_;
     std::map<std::pair<bool, std::size_t>, Weights> weights_;  // of nodes, and of meshes
     std::map<double, Joints> joints_;   // by the numbers of skins
+    std::map<double, DracoMesh> draco_;  // by the numbers of views
     std::map<int, std::size_t> parts_;  // by surface
     std::size_t items_ = 0;
 };
@@ -205,6 +210,7 @@ void Scene::read() {
     check_meshes();
     check_nodes();
     find_drawn();
+    note(data_.root()["extensions"]);
     for (const Drawn& drawn : drawn_) draw(drawn);
     for (Part& part : contents_.parts) {
         const std::size_t count = part.vertices.size() / 3;
@@ -287,7 +293,7 @@ void Scene::check_nodes() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
         if (!parents_[i]) order.push_back(i);
     }
-    if (data_.root()["scenes"]) {
+    if (!scenes.empty()) {
         const JsonValue scene = scenes[static_cast<std::size_t>(integer("scene", data_.root()["scene"], 0, last(scenes), 0))];
         note(scene["extensions"]);
         for (const JsonValue root : listed("nodes", scene["nodes"])) {
@@ -365,12 +371,7 @@ void Scene::count(std::size_t items) {
 
 void Scene::draw(const Drawn& drawn) {
     Interruption::check();
-    const JsonValue node = nodes_[drawn.node], extensions = drawn.primitive["extensions"];
-    const JsonValue compressed = extensions["KHR_draco_mesh_compression"], attributes = drawn.primitive["attributes"];
-    const auto is_missing = [&](JsonValue accessor) { return accessor && !data_.accessor(accessor).view && !data_.accessor(accessor).sparse; };
-    if (compressed && (is_missing(attributes["POSITION"]) || is_missing(drawn.primitive["indices"]))) {
-        refuse({"expected plain vertices and indices, got KHR_draco_mesh_compression; export without compression"});
-    }
+    const JsonValue node = nodes_[drawn.node], attributes = drawn.primitive["attributes"];
     const bool is_skinned = bool(data_.item("skins", node["skin"])) && attributes["JOINTS_0"] && attributes["WEIGHTS_0"];
     const std::vector<Rows> instances = instances_of(node);
     Primitive primitive = at_item("meshes", index_of(node["mesh"]), [&] { return read(drawn.primitive, weights_of(drawn.node)); });
@@ -461,6 +462,41 @@ std::vector<Rows> Scene::instances_of(JsonValue node) const {
     return result;
 }
 
+/// A primitive's compressed mesh, unless its numbers are stored plainly too.
+const DracoMesh* Scene::draco_mesh(JsonValue stored) {
+    const JsonValue compressed = stored["extensions"][draco_compression], vertices = stored["attributes"]["POSITION"], indices = stored["indices"];
+    const auto is_missing = [&](JsonValue accessor) { return accessor && !data_.accessor(accessor).view && !data_.accessor(accessor).sparse; };
+    if (!compressed || !(is_missing(vertices) || is_missing(indices))) return nullptr;
+    return at_place(draco_compression, [&] {
+        const auto [at, is_new] = draco_.try_emplace(compressed["bufferView"].number().value_or(-1));
+        const std::size_t points = data_.accessor(vertices).count, corners = indices ? data_.accessor(indices).count : points;
+        const bool is_list = integer("mode", stored["mode"], triangles, triangle_fan, triangles) == triangles;
+        if (is_new) at->second = data_.draco_mesh(compressed, is_list ? corners / 3 : corners);
+        if (at->second.points != points) {
+            refuse({"expected ", grouped(points), " vertices, as its accessor says, got ", grouped(at->second.points)});
+        }
+        return &at->second;
+    });
+}
+
+/// An attribute's numbers, `width` of each vertex. is_normalized: if omitted, as its accessor says.
+Numbers<double> Scene::numbers(JsonValue stored, std::string_view name, int width, std::optional<bool> is_normalized) {
+    Accessor accessor = data_.accessor(stored["attributes"][name]);
+    accessor.normalized = is_normalized.value_or(accessor.normalized);
+    const DracoMesh* const mesh = draco_mesh(stored);
+    const std::optional<double> id = stored["extensions"][draco_compression]["attributes"][name].number();
+    if (!mesh || !id) return data_.numbers(accessor, width);
+    const auto found = std::ranges::find_if(mesh->attributes, [&](const DracoMesh::Attribute& attribute) { return attribute.id == *id; });
+    const auto across = static_cast<std::size_t>(width);
+    if (found == mesh->attributes.end() || found->width < across) refuse({draco_compression, ": expected data of ", name, ", got none"});
+    Numbers<double> result;
+    for (std::size_t i = 0; i < found->values.size(); i += found->width) {
+        result.insert(result.end(), &found->values[i], &found->values[i] + across);
+    }
+    if (accessor.normalized) normalize(result, found->component);
+    return result;
+}
+
 Primitive Scene::read(JsonValue stored, const Weights& weights) {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = data_.accessor(attributes["POSITION"]).count;
@@ -468,17 +504,17 @@ Primitive Scene::read(JsonValue stored, const Weights& weights) {
         const Accessor* const accessor = attributes[name] ? &data_.accessor(attributes[name]) : nullptr;
         return accessor && accessor->count == count && accessor->width >= low && accessor->width <= high ? accessor : nullptr;
     };
-    const auto texcoord = [&](int set) { return found("TEXCOORD_" + std::to_string(set), 2, 2); };
+    const auto name_of = [](int set) { return "TEXCOORD_" + std::to_string(set); };
     Primitive result;
-    result.surface = surfaces_.number(stored["material"], [&](int set) { return texcoord(set) != nullptr; });
-    result.vertices = data_.numbers(data_.accessor(attributes["POSITION"]), 3);
+    result.surface = surfaces_.number(stored["material"], [&](int set) { return found(name_of(set), 2, 2) != nullptr; });
+    result.vertices = numbers(stored, "POSITION", 3);
     morph(result.vertices, "POSITION", stored, weights);
-    if (const Accessor* const normals = found("NORMAL", 3, 3)) {
-        result.normals = data_.numbers(*normals, 3);
+    if (found("NORMAL", 3, 3)) {
+        result.normals = numbers(stored, "NORMAL", 3);
         morph(result.normals, "NORMAL", stored, weights);
     }
     if (const Accessor* const colors = found("COLOR_0", 3, 4)) {
-        const Numbers<double> values = data_.numbers(*colors, colors->width, true);
+        const Numbers<double> values = numbers(stored, "COLOR_0", colors->width, true);
         const auto width = static_cast<std::size_t>(colors->width);
         const bool is_cut = result.surface >= 0 && contents_.surfaces[static_cast<std::size_t>(result.surface)].opacity == Opacity::cutout;
         for (std::size_t i = 0; i < count; ++i) {
@@ -488,7 +524,7 @@ Primitive Scene::read(JsonValue stored, const Weights& weights) {
     }
     if (result.surface >= 0) {
         for (const UvSet& set : surfaces_.uv_sets(result.surface)) {
-            Numbers<double>& places = result.uv.emplace_back(data_.numbers(*texcoord(set.texcoord), 2));
+            Numbers<double>& places = result.uv.emplace_back(numbers(stored, name_of(set.texcoord), 2));
             const auto& [a, b, c, d, e, f] = set.map;
             for (std::size_t i = 0; i < places.size(); i += 2) {
                 const double u = places[i], v = places[i + 1];
@@ -496,6 +532,10 @@ Primitive Scene::read(JsonValue stored, const Weights& weights) {
                 places[i + 1] = d * u + e * v + f;
             }
         }
+    }
+    if (const DracoMesh* const mesh = draco_mesh(stored)) {
+        result.triangles = mesh->triangles;
+        return result;
     }
     Numbers<std::int32_t> corners;
     if (stored["indices"]) {
@@ -524,28 +564,26 @@ void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stor
 }
 
 /// Moves vertices by the weighted mean of their joints' matrices. NaN, which is left out later, where a joint is missing.
-void Scene::pose(Primitive& primitive, JsonValue stored, const Joints& joints) const {
+void Scene::pose(Primitive& primitive, JsonValue stored, const Joints& joints) {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = primitive.vertices.size() / 3;
     std::vector<Rows> moves(count, Rows{});
     std::vector<double> sums(count);
     for (int set = 0; set < 64; ++set) {
-        const JsonValue held = attributes["JOINTS_" + std::to_string(set)], weight = attributes["WEIGHTS_" + std::to_string(set)];
+        const std::string name_of_joints = "JOINTS_" + std::to_string(set), name_of_weights = "WEIGHTS_" + std::to_string(set);
+        const JsonValue held = attributes[name_of_joints], weight = attributes[name_of_weights];
         if (!held || !weight) break;
         const Accessor &of_joints = data_.accessor(held), &of_weights = data_.accessor(weight);
         if (of_joints.count != count || of_weights.count != count || of_joints.width != 4 || of_weights.width != 4) {
             refuse({"JOINTS: expected four joints and weights for each vertex, got others"});
         }
-        const Numbers<double> weights = data_.numbers(of_weights, 4, true);
-        Accessor plain = of_joints;
-        plain.normalized = false;
-        const Numbers<double> numbers = data_.numbers(plain, 4);
+        const Numbers<double> weights = numbers(stored, name_of_weights, 4, true), joint_numbers = numbers(stored, name_of_joints, 4, false);
         for (std::size_t i = 0; i < weights.size(); ++i) {
             if (weights[i] == 0) continue;
-            const bool is_there = numbers[i] >= 0 && numbers[i] < static_cast<double>(joints.size());
+            const bool is_there = joint_numbers[i] >= 0 && joint_numbers[i] < static_cast<double>(joints.size());
             sums[i / 4] += is_there ? weights[i] : nan;
             if (!is_there) continue;
-            const Rows& joint = joints[static_cast<std::size_t>(numbers[i])];
+            const Rows& joint = joints[static_cast<std::size_t>(joint_numbers[i])];
             for (std::size_t k = 0; k < joint.size(); ++k) moves[i / 4][k] += weights[i] * joint[k];
         }
     }
@@ -626,7 +664,7 @@ void Scene::add(Primitive primitive, const Rows& place, int label) {
 }
 
 Contents read(Bytes text, std::optional<Bytes> chunk, Beside& beside) {
-    const GltfData data(text, chunk, beside);
+    GltfData data(text, chunk, beside);
     Contents contents;
     if (!beside.is_waiting()) Scene(data, contents).read();
     return contents;

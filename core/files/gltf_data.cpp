@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/interruption.h"
+#include "files/meshopt.h"
 
 namespace bob::files {
 namespace {
@@ -18,6 +19,7 @@ static_assert(std::endian::native == std::endian::little, "glTF's numbers are co
 constexpr std::string_view checked_lists[] = {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"};
 constexpr std::string_view other_lists[] = {"materials", "textures", "images", "samplers", "skins"};
 constexpr std::string_view compressions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
+constexpr std::uint64_t max_unpacked = 256 << 20, max_ratio = 100;  // of compressed data: the larger of a size and a ratio
 constexpr std::int64_t max_bytes = std::int64_t{1} << 32, max_count = std::int64_t{1} << 53;
 
 struct Type {
@@ -65,6 +67,11 @@ double largest(int component) {
 
 std::size_t as_size(std::int64_t value) { return static_cast<std::size_t>(value); }
 
+/// Whether a buffer's file, which need not exist, is another form of data that are stored compressed.
+bool is_fallback(JsonValue buffer) {
+    return std::ranges::any_of(compressions, [&](std::string_view name) { return buffer["extensions"][name]["fallback"].truth() == true; });
+}
+
 }  // namespace
 
 std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high, std::optional<std::int64_t> otherwise) {
@@ -77,6 +84,12 @@ std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, s
         refuse({name, ": expected an integer in ", std::to_string(low), "..", std::to_string(high), ", got ", value.brief()});
     }
     return static_cast<std::int64_t>(*number);
+}
+
+void normalize(Numbers<double>& values, int component) {
+    if (const double unit = largest(component); unit != 1) {
+        for (double& value : values) value = std::max(value / unit, -1.0);
+    }
 }
 
 void check_count(std::string_view name, std::size_t count) {
@@ -171,9 +184,8 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
     const std::vector<JsonValue>& buffers = list("buffers");
     for (std::size_t i = 0; i < buffers.size(); ++i) {
         const JsonValue uri = buffers[i]["uri"];
-        const bool is_stand_in = std::ranges::any_of(compressions, [&](std::string_view name) { return bool(buffers[i]["extensions"][name]); });
-        if (!uri && (chunk || is_stand_in)) {
-            buffers_.push_back(is_stand_in ? Bytes() : *chunk);
+        if (!uri || is_fallback(buffers[i])) {  // one without data only stands for those that are stored compressed
+            buffers_.push_back(!uri && chunk ? *chunk : Bytes());
         } else if (!uri.text()) {
             refuse({"buffers[", std::to_string(i), "]: expected a uri, got ", uri.brief()});
         } else if (auto data = at_place("buffers", [&] { return data_of_uri(*uri.text()); })) {
@@ -204,26 +216,36 @@ JsonValue GltfData::item(std::string_view name, JsonValue number) const {
 
 void GltfData::check_views() {
     const std::vector<JsonValue>&views = list("bufferViews"), &accessors = list("accessors");
-    const auto last = [](std::size_t count) { return static_cast<std::int64_t>(count) - 1; };
+    budget_ = Budget(std::max<std::uint64_t>(max_unpacked, max_ratio * size()));
     for (std::size_t i = 0; i < views.size(); ++i) {
-        views_.push_back(at_item("bufferViews", i, [&]() -> View {
-            View view{};
-            view.buffer = as_size(integer("buffer", views[i]["buffer"], 0, last(buffers_.size())));
-            view.length = as_size(integer("byteLength", views[i]["byteLength"], 1, max_bytes));
-            view.offset = as_size(integer("byteOffset", views[i]["byteOffset"], 0, max_bytes, 0));
-            view.stride = as_size(integer("byteStride", views[i]["byteStride"], 1, max_bytes, 0));
-            return view;
+        views_.push_back(at_item("bufferViews", i, [&] {
+            for (const std::string_view name : compressions) {
+                if (const JsonValue compressed = views[i]["extensions"][name]) return at_place(name, [&] { return decompressed(compressed); });
+            }
+            return plain(views[i]);
         }));
-        View& view = views_.back();
-        const std::size_t size = buffers_[view.buffer].size();
-        if (view.length <= size && view.offset <= size - view.length) continue;
-        for (const std::string_view name : compressions) {
-            if (views[i]["extensions"][name]) view.compression = name;
-        }
-        if (view.compression.empty()) refuse({"expected buffers that hold what the bufferViews say, got one that is shorter"});
     }
     accessors_.reserve(accessors.size());
     for (std::size_t i = 0; i < accessors.size(); ++i) accessors_.push_back(at_item("accessors", i, [&] { return checked(accessors[i]); }));
+}
+
+GltfData::View GltfData::plain(JsonValue view) const {
+    const Bytes buffer = buffers_[as_size(integer("buffer", view["buffer"], 0, static_cast<std::int64_t>(buffers_.size()) - 1))];
+    const std::size_t length = as_size(integer("byteLength", view["byteLength"], 1, max_bytes));
+    const std::size_t offset = as_size(integer("byteOffset", view["byteOffset"], 0, max_bytes, 0));
+    const std::size_t stride = as_size(integer("byteStride", view["byteStride"], 1, max_bytes, 0));
+    if (length > buffer.size() || offset > buffer.size() - length) {
+        refuse({"expected buffers that hold what the bufferViews say, got one that is ", buffer.empty() ? "missing" : "shorter"});
+    }
+    return {buffer.subspan(offset, length), stride};
+}
+
+GltfData::View GltfData::decompressed(JsonValue compressed) {
+    const std::size_t stride = as_size(integer("byteStride", compressed["byteStride"], 1, 256));
+    const std::size_t count = as_size(integer("count", compressed["count"], 0, max_bytes));
+    budget_.take(std::uint64_t{count} * stride);
+    const auto text = [&](std::string_view name, std::string_view otherwise) { return compressed[name].text().value_or(otherwise); };
+    return {decoded_.emplace_back(meshopt_decoded(plain(compressed).bytes, count, stride, text("mode", ""), text("filter", "NONE"))), stride};
 }
 
 /// The bytes between the starts of elements in a view.
@@ -248,9 +270,9 @@ Accessor GltfData::checked(JsonValue json) const {
     result.normalized = json["normalized"].truth().value_or(false);
     const std::size_t element = size * static_cast<std::size_t>(result.width);
     const auto check_end = [&](std::size_t view, double offset, double count, double element, double stride) {
-        const double end = offset + (count - 1) * stride + element, length = static_cast<double>(views_[view].length);
+        const double end = offset + (count - 1) * stride + element, length = static_cast<double>(views_[view].bytes.size());
         if (count > 0 && end > length) {
-            refuse({"expected ", grouped(static_cast<std::uint64_t>(end)), " bytes in its view, got ", grouped(views_[view].length)});
+            refuse({"expected ", grouped(static_cast<std::uint64_t>(end)), " bytes in its view, got ", grouped(views_[view].bytes.size())});
         }
     };
     const auto count = static_cast<double>(result.count), width = static_cast<double>(element);
@@ -280,6 +302,11 @@ const Accessor& GltfData::accessor(JsonValue number) const {
     return accessors_[as_size(integer("accessor", number, 0, static_cast<std::int64_t>(accessors_.size()) - 1))];
 }
 
+DracoMesh GltfData::draco_mesh(JsonValue compressed, std::size_t max_triangles) {
+    const std::size_t number = as_size(integer("bufferView", compressed["bufferView"], 0, static_cast<std::int64_t>(views_.size()) - 1));
+    return draco_decoded(views_[number].bytes, max_triangles, budget_);
+}
+
 std::size_t GltfData::size() const {
     std::set<const std::uint8_t*> seen;
     std::size_t result = 0;
@@ -291,20 +318,13 @@ std::size_t GltfData::size() const {
 
 Bytes GltfData::view(JsonValue number) const {
     if (!item("bufferViews", number)) refuse({"expected an image with a uri or a bufferView, got none"});
-    return view(static_cast<std::size_t>(*number.number()));
-}
-
-Bytes GltfData::view(std::size_t number) const {
-    const View& view = views_.at(number);
-    return view.compression.empty() ? buffers_[view.buffer].subspan(view.offset, view.length) : Bytes();
+    return views_[static_cast<std::size_t>(*number.number())].bytes;
 }
 
 /// Copies the numbers of a block to the given rows of its width, or to all rows if none are given.
-void GltfData::copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const {
-    const Bytes bytes = view(block.view);
-    if (bytes.empty()) refuse({"expected plain vertices and indices, got ", views_[block.view].compression, "; export without compression"});
+void GltfData::copy(const Block& block, std::span<const std::size_t> rows, Numbers<double>& to) const {
+    const Bytes bytes = views_[block.view].bytes;
     const std::size_t size = size_of(block.component), width = static_cast<std::size_t>(block.width);
-    const double unit = is_normalized ? largest(block.component) : 1, lowest = is_normalized ? -1 : -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < block.count; ++i) {
         if (i % 65536 == 0) Interruption::check();
         const std::uint8_t* from = bytes.data() + block.offset + i * block.stride;
@@ -312,18 +332,17 @@ void GltfData::copy(const Block& block, bool is_normalized, std::span<const std:
         if (block.component == 5126) {
             for (std::size_t k = 0; k < width; ++k) row[k] = value_at<float>(from + k * size);
         } else {
-            for (std::size_t k = 0; k < width; ++k) row[k] = std::max(value_at(from + k * size, block.component) / unit, lowest);
+            for (std::size_t k = 0; k < width; ++k) row[k] = value_at(from + k * size, block.component);
         }
     }
 }
 
-Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool always) const {
+Numbers<double> GltfData::stored_numbers(const Accessor& accessor, int width) const {
     const std::size_t across = static_cast<std::size_t>(width), element = size_of(accessor.component) * static_cast<std::size_t>(accessor.width);
-    const bool is_normalized = (always || accessor.normalized) && !accessor.is_float();
     Numbers<double> result(across * accessor.count);
     if (!accessor.view) std::ranges::fill(result, 0.0);
     if (accessor.view && accessor.count) {
-        copy({*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width}, is_normalized, {}, result);
+        copy({*accessor.view, accessor.offset, stride(*accessor.view, element), accessor.count, accessor.component, width}, {}, result);
     }
     if (!accessor.sparse) return result;
     const auto number = [](JsonValue of, std::string_view name) { return as_size(integer(name, of[name], 0, max_bytes, 0)); };
@@ -332,20 +351,24 @@ Numbers<double> GltfData::numbers(const Accessor& accessor, int width, bool alwa
     if (!count) return result;
     const int kind = static_cast<int>(number(indices, "componentType"));
     Numbers<double> places(count);
-    copy({number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1}, false, {}, places);
+    copy({number(indices, "bufferView"), number(indices, "byteOffset"), size_of(kind), count, kind, 1}, {}, places);
     std::vector<std::size_t> rows;
     for (const double place : places) {
         rows.push_back(static_cast<std::size_t>(place));
         if (rows.back() >= accessor.count) refuse({"sparse: expected indices below ", grouped(accessor.count), ", got ", grouped(rows.back())});
     }
-    copy({number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width}, is_normalized, rows, result);
+    copy({number(values, "bufferView"), number(values, "byteOffset"), element, count, accessor.component, width}, rows, result);
+    return result;
+}
+
+Numbers<double> GltfData::numbers(const Accessor& accessor, int width) const {
+    Numbers<double> result = stored_numbers(accessor, width);
+    if (accessor.normalized) normalize(result, accessor.component);
     return result;
 }
 
 Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
-    Accessor plain = accessor;
-    plain.normalized = false;
-    const Numbers<double> values = numbers(plain, 1);
+    const Numbers<double> values = stored_numbers(accessor, 1);
     Numbers<std::int32_t> result(values.size());
     std::ranges::transform(values, result.begin(), [](double value) {
         return value >= 0 && value <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(value) : -1;

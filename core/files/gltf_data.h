@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "files/binary.h"
+#include "files/draco/mesh.h"
 #include "files/json.h"
 #include "files/part.h"
 #include "files/text.h"
@@ -65,6 +67,9 @@ struct Accessor {
     [[nodiscard]] bool is_float() const { return component == 5126; }
 };
 
+/// Makes integers in place those of -1..1 or 0..1.
+void normalize(Numbers<double>& values, int component);
+
 /// The document, whose lists, indices and sizes are checked when it is made.
 class GltfData {
 public:
@@ -81,40 +86,45 @@ public:
     [[nodiscard]] const Accessor& accessor(JsonValue number) const;
 
     /// An accessor's numbers, `width` of each element, those that are normalized in 0..1 or -1..1. The caller counts them first.
-    ///
-    /// always: integers are normalized whatever the accessor says.
-    [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width, bool always = false) const;
+    [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width) const;
     /// An accessor's unsigned integers; those beyond 2^31 - 1 are -1.
     [[nodiscard]] Numbers<std::int32_t> indices(const Accessor& accessor) const;
 
     /// The bytes of an image's view. Throws std::invalid_argument if it has none.
     [[nodiscard]] Bytes view(JsonValue number) const;
-    /// The bytes of a view; no value if only its compressed form exists.
-    [[nodiscard]] Bytes view(std::size_t number) const;
+
+    /// A primitive's mesh by its extension KHR_draco_mesh_compression.
+    ///
+    /// max_triangles: more of them are refused.
+    [[nodiscard]] DracoMesh draco_mesh(JsonValue compressed, std::size_t max_triangles);
 
     /// Bytes in all buffers, each counted once.
     [[nodiscard]] std::size_t size() const;
 
 private:
+    struct View {
+        Bytes bytes;
+        std::size_t stride;  // 0: elements lie next to each other
+    };
     void check_views();
+    View plain(JsonValue view) const;
+    View decompressed(JsonValue compressed);
     Accessor checked(JsonValue accessor) const;
     /// Elements that lie in a view.
     struct Block {
         std::size_t view, offset, stride, count;
         int component, width;
     };
-    void copy(const Block& block, bool is_normalized, std::span<const std::size_t> rows, Numbers<double>& to) const;
+    void copy(const Block& block, std::span<const std::size_t> rows, Numbers<double>& to) const;
+    [[nodiscard]] Numbers<double> stored_numbers(const Accessor& accessor, int width) const;
     [[nodiscard]] std::size_t stride(std::size_t view, std::size_t element) const;
 
     JsonDocument document_;
     std::vector<std::pair<std::string_view, std::vector<JsonValue>>> lists_;
     std::vector<Bytes> buffers_;
-    std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs
-    struct View {
-        std::size_t buffer, offset, length, stride;  // stride 0: elements lie next to each other
-        std::string_view compression;
-    };
+    std::deque<std::vector<std::uint8_t>> decoded_;  // of data: URIs, and of compressed views
     std::vector<View> views_;
+    Budget budget_{0};  // of compressed data
     std::vector<Accessor> accessors_;
 };
 

@@ -153,14 +153,17 @@ Layer GltfSurfaces::layer(JsonValue info, std::vector<UvSet>& sets, const std::f
 /// The number in the contents of a texture's image; -1 if it was left out, of which a warning tells once.
 int GltfSurfaces::image(JsonValue info) {
     const JsonValue texture = data_.item("textures", info["index"]), extensions = texture["extensions"];
-    const JsonValue source = texture["source"].number() ? texture["source"] : extensions["EXT_texture_webp"]["source"];
+    JsonValue source = texture["source"];
+    for (const std::string_view format : {"EXT_texture_webp", "EXT_texture_avif"}) {
+        if (!source.number()) source = extensions[format]["source"];
+    }
     const JsonValue image = data_.item("images", source);
     if (!image.is_object()) {
         if (!is_imageless_) {
             const std::vector<JsonValue::Member> kinds = extensions.members();
             leave_out(source.number() ? source.brief() : info["index"].brief(),
                       kinds.empty() ? "expected an image with a uri or a bufferView, got none"
-                                    : "expected a picture in PNG, JPEG or WebP, got " + std::string(kinds.front().name));
+                                    : "expected a picture in PNG, JPEG, WebP or AVIF, got " + std::string(kinds.front().name));
         }
         is_imageless_ = true;
         return -1;
@@ -183,6 +186,7 @@ int GltfSurfaces::added(JsonValue image, const std::string& label) {
             made.bytes = std::move(*data);
         } else {
             made.name = path_of_uri(*uri);
+            made.label = {};
         }
     } else {
         const Bytes bytes = data_.view(image["bufferView"]);

@@ -137,8 +137,12 @@ MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std
     if (beside.is_waiting()) return materials;
     for (const std::string& name : names) {
         const Beside::Answer& answer = *beside.ask(name);
-        if (!answer.error.empty()) {
-            warnings.push_back(joined({"materials were left out: ", answer.error}));
+        std::string_view read;
+        try {
+            if (!answer.error.empty()) refuse({answer.error});
+            read = text_of(answer.bytes);
+        } catch (const std::invalid_argument& error) {
+            warnings.push_back(joined({"materials were left out: ", error.what()}));
             continue;
         }
         Statements of;
@@ -147,7 +151,7 @@ MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std
             if (material) materials.insert_or_assign(*material, material_of(of, name));
             of.clear();
         };
-        for (Lines text(text_of(answer.bytes)); text.next();) {
+        for (Lines text(read); text.next();) {
             Words words(text.line());
             const std::string_view word = words.next();
             if (word == "newmtl") {

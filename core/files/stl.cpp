@@ -82,9 +82,9 @@ std::vector<Part> read_text(std::string_view text) {
 }  // namespace
 
 Contents read_stl(Bytes bytes, Beside&) {
-    const std::string_view text = text_of(bytes), head = text.substr(0, header);
     const std::size_t count = bytes.size() < header ? 0 : load<std::uint32_t>(&bytes[80], false);
     const bool is_exact = bytes.size() >= header && (bytes.size() - header) / facet == count && (bytes.size() - header) % facet == 0;
+    const std::string_view text = is_exact ? std::string_view() : text_of(bytes), head = text.substr(0, header);
     const bool is_text = is_word(trimmed(head).substr(0, 5), "solid") && head.find('\0') == std::string_view::npos;
     Contents contents;
     if (!is_exact && is_text) {

@@ -85,6 +85,7 @@ double number_of(std::string_view word) {
 
 std::string_view text_of(Bytes bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) refuse({"expected text in UTF-8, got UTF-16; save it as UTF-8"});
     return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
 }
 

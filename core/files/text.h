@@ -41,7 +41,7 @@ namespace bob::files {
 /// if it has a decimal comma.
 [[nodiscard]] double number_of(std::string_view word);
 
-/// The text of a file, without a byte order mark.
+/// The text of a file, without a byte order mark. Throws std::invalid_argument if that is one of UTF-16.
 [[nodiscard]] std::string_view text_of(Bytes bytes);
 
 /// The lines of a text, which end with LF, CR or both. Checks Interruption.

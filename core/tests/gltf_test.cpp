@@ -44,12 +44,19 @@ TEST(gltf_points_are_z_up) {
     CHECK_EQ(part.triangles.size(), 3u);
 }
 
+TEST(gltf_extensions_of_the_whole_file_are_warned_of) {
+    Beside beside;
+    const std::string text = triangle(R"(,"extensions":{"CESIUM_RTC":{"center":[1,2,3]},"KHR_xmp_json_ld":{}})");
+    CHECK(read_gltf(bytes_of(text), beside).warnings == std::vector<std::string>{"not shown: CESIUM_RTC"});
+}
+
 TEST(gltf_errors_name_their_place) {
     CHECK(error_of(triangle("")) == "");
     CHECK(error_of(triangle("", R"(,"byteOffset":1)")) == "accessors[0]: expected 10 bytes in its view, got 9");
     CHECK(error_of(triangle("", R"(,"byteOffset":-1)")).starts_with("accessors[0]: byteOffset: expected an integer in 0.."));
     CHECK(error_of(triangle("", R"(,"byteOffset":1e999)")) == "accessors[0]: byteOffset: expected an integer, got 1e999");
     CHECK(error_of(triangle(R"(,"scene":1,"scenes":[{}])")) == "scene: expected an integer in 0..0, got 1");
+    CHECK(error_of(triangle(R"(,"scenes":[])")) == "");
     CHECK(error_of("{") != "");
     CHECK(error_of(std::string(1 << 20, '[')) != "");  // nested as deeply as it is long
 }
@@ -88,4 +95,17 @@ TEST(base64_ends_anywhere) {
     CHECK(text("YWI") == "ab");
     CHECK(text("YWJj\nZA==") == "abcd");
     for (const char* const wrong : {"Y", "YQ=", "Y=Q=", "????", "YWJj="}) CHECK(text(wrong) == "none");
+}
+
+TEST(gltf_compressed_data_have_bounded_size) {
+    const auto error = [](const std::string& compressed) {
+        std::string text = triangle("");
+        text.insert(text.find(R"("byteLength":9)"), R"("extensions":{"EXT_meshopt_compression":{"buffer":0,"byteLength":9,)" + compressed + "}},");
+        return error_of(text);
+    };
+    const std::string place = "bufferViews[0]: EXT_meshopt_compression: ";
+    CHECK(error(R"("byteStride":256,"count":1048577,"mode":"ATTRIBUTES")") == place + "expected at most 268,435,456 bytes once decompressed, got more");
+    CHECK(error(R"("byteStride":256,"count":2,"mode":"ATTRIBUTES")") == place + "expected compressed data of a known version, got another");
+    CHECK(error(R"("byteStride":2,"count":2,"mode":"ATTRIBUTES")") == place + "byteStride: expected one that its mode and filter allow, got 2");
+    CHECK(error(R"("byteStride":2,"count":2,"mode":"SPARSE")") == place + "mode: expected ATTRIBUTES, TRIANGLES or INDICES, got 'SPARSE'");
 }

@@ -32,16 +32,16 @@ export function meshScene(core, name, parts) {
   const read = joined(parts), total = read.part.triangles.length / 3;
   if (total === 0) {
     const points = read.part.vertices.length / 3;
-    throw new CoreError(`expected triangles, got ${points ? `a point cloud of ${points} points` : "none"}`);
+    throw new CoreError(`expected triangles, got ${points ? `a point cloud of ${grouped(points)} points` : "none"}`);
   }
   const shown = chosen(read, usable(read.part)), left = shown.part.triangles.length / 3;
-  if (left === 0) throw new CoreError(`expected triangles, got ${total} that all touch a missing or non-finite vertex`);
+  if (left === 0) throw new CoreError(`expected triangles, got ${grouped(total)} that all touch a missing or non-finite vertex`);
   if (!anyArea(shown.part.vertices, shown.part.triangles)) {
-    throw new CoreError(`expected triangles with an area, got ${left} of zero area`);
+    throw new CoreError(`expected triangles with an area, got ${grouped(left)} of zero area`);
   }
   const scene = sceneOfSurfaces(core, name, shown);
   if (left === total) return scene;
-  const warning = `${name}: left out ${total - left} of ${total} triangles that touch a missing or non-finite vertex`;
+  const warning = `${name}: left out ${grouped(total - left)} of ${grouped(total)} triangles that touch a missing or non-finite vertex`;
   return { ...scene, warnings: [warning] };
 }
 
@@ -337,3 +337,6 @@ function anyArea(vertices, triangles) {
   }
   return false;
 }
+
+/** A count with commas between its thousands. @param {number} count */
+const grouped = (count) => count.toLocaleString("en");

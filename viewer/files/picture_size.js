@@ -20,6 +20,7 @@ export function sizeOfPicture(bytes) {
     }
     if (text(0) === "RIFF" && text(8) === "WEBP") return sizeOfWebp(text(12), short, long);
     if (text(0).startsWith("\xff\xd8")) return sizeOfJpeg(view);
+    if (text(4) === "ftyp") return sizeOfAvif(view, text);
   } catch (error) {
     if (!(error instanceof RangeError)) throw error;
   }
@@ -52,4 +53,29 @@ function sizeOfJpeg(view) {
     else at += 2 + (marker === 0x01 || (marker >= 0xd0 && marker <= 0xd8) ? 0 : view.getUint16(at + 2));
   }
   return undefined;
+}
+
+/**
+ * The largest picture that the boxes of an AVIF describe; of a picture in tiles, that is the whole.
+ *
+ * @param {DataView} view
+ * @param {(at: number) => string} text
+ * @returns {Size | undefined}
+ */
+function sizeOfAvif(view, text) {
+  /** @type {Size | undefined} */
+  let largest;
+  /** The sizes of boxes that hold others, after the bytes of their own. @type {Record<string, number>} */
+  const parents = { meta: 4, iprp: 0, ipco: 0 };
+  for (let at = 0; at < view.byteLength;) {
+    const size = view.getUint32(at), name = text(at + 4);
+    if (name === "ispe") {
+      const found = { width: view.getUint32(at + 12), height: view.getUint32(at + 16) };
+      if (found.width * found.height > (largest ? largest.width * largest.height : 0)) largest = found;
+    }
+    if (name in parents) at += 8 + parents[name];
+    else if (size >= 8) at += size;
+    else return largest;  // the last one, up to the end, or too long for 32 bits
+  }
+  return largest;
 }

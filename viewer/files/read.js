@@ -99,7 +99,7 @@ async function readOne(core, name, bytes, beside) {
   checkFormat(name);
   const ending = endingOf(name), read = READERS[ending];
   try {
-    if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
+    if (bytes.byteLength === 0) throw new CoreError(`expected a ${isMesh({ name }) ? "mesh" : "scene"}, got an empty file`);
     return await read(core, bytes, name, beside);
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];

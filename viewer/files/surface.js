@@ -14,7 +14,7 @@ import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
 import { sizeOfPicture } from "./picture_size.js";
 
-const UNREADABLE = "expected a picture in PNG, JPEG or WebP, got none that can be read";
+const UNREADABLE = "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read";
 
 /** Maximum size of one texture: 8,192 x 8,192 texels, 0.2 GB. */
 const MAX_TEXELS = 2 ** 26;

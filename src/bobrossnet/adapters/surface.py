@@ -30,7 +30,7 @@ MAX_FILE_TEXELS = 1 << 27
 
 TOO_LARGE = "expected a picture of at most {:,} texels, got more"
 
-FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
+FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "AVIF")
 """File formats of textures, the same as in browsers."""
 
 
@@ -232,8 +232,8 @@ def _opened(data: bytes) -> Iterator[Image]:
         raise
     except Image.DecompressionBombError as error:  # too large for Pillow
         raise InputError(TOO_LARGE.format(MAX_TEXELS)) from error
-    except (OSError, ValueError, SyntaxError) as error:  # from Pillow, for damaged files
-        raise InputError("expected a picture in PNG, JPEG or WebP, got none that can be read") from error
+    except (OSError, ValueError, SyntaxError, KeyError) as error:  # from Pillow: damaged, or AVIF before Pillow 11.3
+        raise InputError("expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read") from error
 
 
 def _is_deep(image: Image) -> bool:
