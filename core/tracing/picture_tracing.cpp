@@ -13,8 +13,11 @@ namespace {
 /// Null for an order without rounds.
 std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
     if (order == "adaptive") return std::make_unique<AdaptiveOrder>(seed, height, width);
-    if (order == "squares") return std::make_unique<SquaresOrder>(height, width);
-    if (order == "priority") return std::make_unique<SquaresOrder>(height, width, nullptr, SquaresOrder::First::priority);
+    const auto squares = [&](SquaresOrder::First first) {
+        return std::make_unique<SquaresOrder>(height, width, nullptr, first, SquaresOrder::Samples::are_final);
+    };
+    if (order == "squares") return squares(SquaresOrder::First::contrast);
+    if (order == "priority") return squares(SquaresOrder::First::priority);
     return nullptr;
 }
 
