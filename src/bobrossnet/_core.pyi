@@ -463,6 +463,9 @@ class FramePlanner:
     def worthwhile(self, mode: str) -> float:
         """How many pixels take as long as the call around them."""
 
+def clear(planes: F32) -> None:
+    """Sets new planes (C, H, W) to 0."""
+
 def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
     """Writes samples (n, C) to their pixels in planes (C, H, W)."""
 
