@@ -186,7 +186,7 @@ class GBuffer(Channels):
         ----------
         fraction : float in (0, 1]
         order, seed
-            As in `trace`.
+            As in `trace`; "default" is "adaptive", for all tracers and sizes.
         """
         order, count = check_order(order, seed), pixel_count(fraction, self.size)
         sequence = PixelSequence(self.size, order, seed)
