@@ -377,8 +377,8 @@ void Pyramid::find_needed(Images& images, int done, int next) {
     for (std::size_t i = 0;; ++i) {
         images.needed_features[i] = images.needed[i].with_neighbours();
         if (i + 1 == images.needed.size()) break;
-        // Inputs of the features, and the surprises around them.
-        images.needed[i + 1] = images.needed_features[i].with_neighbours().with_neighbours().halved();
+        // The inputs of the features, and the pixels around them that a surprise reads, are within two blocks.
+        images.needed[i + 1] = images.needed_features[i].with_neighbours().halved();
     }
 }
 
