@@ -37,7 +37,8 @@ SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const floa
 }
 
 std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* planes) {
-    read(layout, planes);
+    const LookReader look_at(layout, planes, is_decided_.size());
+    if (samples_ == Samples::are_final) read_round(look_at);
     round_.clear();
     if (rounds_ == 0) {
         ++rounds_;
@@ -48,45 +49,45 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
     }
     for (; round_.empty() && rounds_ <= divisions_.size(); ++rounds_) {
         const Division& division = divisions_[rounds_ - 1];
-        divide(*std::ranges::find(levels_, division.side, [](const Level& level) { return level.squares.side; }), division.contrast);
+        Level& level = *std::ranges::find(levels_, division.side, [](const Level& each) { return each.squares.side; });
+        if (samples_ == Samples::change && division.contrast != any) read_all(level, look_at);
+        divide(level, division.contrast);
     }
     return round_;
 }
 
-void SquaresOrder::read(const Layout& layout, const float* planes) {
-    const LookReader look_at(layout, planes, is_decided_.size());
-    if (rounds_ > 0 && samples_ == Samples::are_final) {
-        constexpr std::size_t ahead = 16;  // pixels; neighbouring rows are far apart
-        const auto index = [&](Pixel pixel) { return static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column); };
-        for (std::size_t k = 0; k < round_.size(); ++k) {
-            if (k + ahead < round_.size()) look_at.prefetch(index(round_[k + ahead]));
-            add_corner(static_cast<std::uint32_t>(round_[k].row), static_cast<std::uint32_t>(round_[k].column), look_at);
-        }
-        return;
+void SquaresOrder::Level::add(std::uint32_t row, std::uint32_t column, const Look& look) {
+    const std::size_t first = std::size_t{(row - squares.first) / squares.side} * across + (column - squares.first) / squares.side;
+    for (const std::size_t i : {first, first + 1, first + across, first + across + 1}) {
+        corners[i].add(look);
+        contrasts[i] = static_cast<std::uint8_t>(corners[i].contrast());
     }
-    for (Level& level : levels_) {
-        std::ranges::fill(level.corners, Look{});
-        std::ranges::fill(level.contrasts, std::uint8_t{0});
-    }
-    const Squares& finest = levels_[0].squares;
-    for (std::uint32_t row = finest.first; row < height_; row += finest.side) {
-        for (std::uint32_t column = finest.first; column < width_; column += finest.side) {
-            if (is_decided_[std::size_t{row} * width_ + column]) add_corner(row, column, look_at);
+}
+
+void SquaresOrder::read_round(const LookReader& look_at) {
+    constexpr std::size_t ahead = 16;  // pixels; neighbouring rows are far apart
+    const auto index = [&](Pixel pixel) { return static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column); };
+    for (std::size_t k = 0; k < round_.size(); ++k) {
+        if (k + ahead < round_.size()) look_at.prefetch(index(round_[k + ahead]));
+        const auto row = static_cast<std::uint32_t>(round_[k].row), column = static_cast<std::uint32_t>(round_[k].column);
+        const auto is_corner = [&](const Squares& squares) { return ((row - squares.first) | (column - squares.first)) % squares.side == 0; };
+        if (!is_corner(levels_[0].squares)) continue;
+        const Look look = look_at(index(round_[k]));
+        for (Level& level : levels_) {
+            if (!is_corner(level.squares)) break;  // nor of larger squares
+            level.add(row, column, look);
         }
     }
 }
 
-void SquaresOrder::add_corner(std::uint32_t row, std::uint32_t column, const LookReader& look_at) {
-    const auto is_corner = [&](const Squares& squares) { return ((row - squares.first) | (column - squares.first)) % squares.side == 0; };
-    if (!is_corner(levels_[0].squares)) return;
-    const Look look = look_at(std::size_t{row} * width_ + column);
-    for (Level& level : levels_) {
-        const Squares& squares = level.squares;
-        if (!is_corner(squares)) return;  // nor of larger squares
-        const std::size_t first = std::size_t{(row - squares.first) / squares.side} * level.across + (column - squares.first) / squares.side;
-        for (const std::size_t i : {first, first + 1, first + level.across, first + level.across + 1}) {
-            level.corners[i].add(look);
-            level.contrasts[i] = static_cast<std::uint8_t>(level.corners[i].contrast());
+void SquaresOrder::read_all(Level& level, const LookReader& look_at) {
+    std::ranges::fill(level.corners, Look{});
+    std::ranges::fill(level.contrasts, std::uint8_t{0});
+    const Squares& squares = level.squares;
+    for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
+        for (std::uint32_t column = squares.first; column < width_; column += squares.side) {
+            const std::size_t i = std::size_t{row} * width_ + column;
+            if (is_decided_[i]) level.add(row, column, look_at(i));
         }
     }
 }

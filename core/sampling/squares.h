@@ -30,10 +30,11 @@ public:
     /// Squares to divide first: by contrast, or by contrast times area.
     enum class First { contrast, priority };
 
-    /// Whether the samples of a pixel are final: then they are read once, else before each round.
+    /// Final samples are read once, others before each division.
     enum class Samples { change, are_final };
 
-    /// Pixels with a nonzero mask in `traced`, (height, width), are traced already; null if no pixel is.
+    /// Pixels with a nonzero mask in `traced`, (height, width), are traced already; null if no pixel is, as it must be
+    /// for final samples.
     SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr, First first = First::contrast,
                  Samples samples = Samples::change);
 
@@ -59,16 +60,19 @@ private:
             : squares(side), down(squares.lines(height) + 1), across(squares.lines(width) + 1), corners(std::size_t{down} * across),
               contrasts(corners.size()) {}
 
+        /// Adds a pixel to the squares that it is a corner of.
+        void add(std::uint32_t row, std::uint32_t column, const Look& look);
+
         Squares squares;
         std::uint32_t down, across;
         std::vector<Look> corners;
         std::vector<std::uint8_t> contrasts;
     };
 
-    /// Reads the samples of the last round, or of all rounds.
-    void read(const Layout& layout, const float* planes);
-    /// Adds a pixel to the squares that it is a corner of.
-    void add_corner(std::uint32_t row, std::uint32_t column, const LookReader& look_at);
+    /// Reads the samples of the last round, for all levels.
+    void read_round(const LookReader& look_at);
+    /// Reads the samples of all rounds again.
+    void read_all(Level& level, const LookReader& look_at);
     /// Makes a round that divides all squares of a level of at least this contrast.
     void divide(const Level& level, std::uint32_t contrast);
     /// Chooses the corners and the middles between them in a row of the picture, next to squares to be divided.
