@@ -16,7 +16,7 @@ class Needed {
 public:
     static constexpr int block_rows = 4, block_columns = 2;
 
-    /// An image of which everything is needed.
+    /// An image with all its parts needed.
     Needed(int height, int width)
         : down_((height + block_rows - 1) / block_rows), across_((width + block_columns - 1) / block_columns),
           blocks_(static_cast<std::size_t>(down_) * static_cast<std::size_t>(across_), 1) {}
