@@ -15,7 +15,7 @@ endif()
 
 set(wasm_compiler ${Python_EXECUTABLE} -m ziglang c++ -target wasm32-wasi)
 set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -Wno-psabi -Wno-bitwise-conditional-parentheses
-  -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline
+  -I ${PROJECT_SOURCE_DIR}/core -DBOB_ISA=baseline
   # All modules are made of the same objects: those that share memory need atomics, also where zig's library has no threads itself.
   -matomics -mbulk-memory -U_LIBCPP_HAS_THREADS -D_LIBCPP_HAS_THREADS=1 -D_LIBCPP_HAS_THREAD_API_PTHREAD=1)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
@@ -93,7 +93,7 @@ list(TRANSFORM standard_headers PREPEND "#include " OUTPUT_VARIABLE includes)
 list(JOIN includes "\n" includes)
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wasm/headers.h CONTENT "${includes}\n")
 # First, so that the library's own parts are not taken.
-compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
+compile_wasm(runtime runtime ${PROJECT_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
 compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -matomics -mbulk-memory -I ${zig}/lib/libunwind/include)
 foreach(name cxa_exception cxa_personality)
   compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
@@ -105,7 +105,7 @@ foreach(part completion tracing)
     if(source IN_LIST fast_sources)
       set(further_flags)
     endif()
-    compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
+    compile_wasm(${part}_objects ${name} ${PROJECT_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
   endforeach()
   foreach(source ${${part}_kernels})
     wasm_name(name ${source})
@@ -113,17 +113,17 @@ foreach(part completion tracing)
     if(source MATCHES "/history_kernels|/shade_kernels")
       list(APPEND kernel_flags ${small_flags}) # they wait for memory
     endif()
-    compile_wasm(${part}_simd128 ${name} ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags})
-    compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags} -mrelaxed-simd)
+    compile_wasm(${part}_simd128 ${name} ${PROJECT_SOURCE_DIR}/${source} ${kernel_flags})
+    compile_wasm(${part}_relaxed ${name}.relaxed ${PROJECT_SOURCE_DIR}/${source} ${kernel_flags} -mrelaxed-simd)
   endforeach()
 endforeach()
-compile_wasm(one_thread parallel_single ${CMAKE_SOURCE_DIR}/core/base/parallel_single.cpp ${wasm_flags})
-compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/base/parallel_lent.cpp ${wasm_flags})
-compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
-compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
-compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
-compile_wasm(files_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
-compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
+compile_wasm(one_thread parallel_single ${PROJECT_SOURCE_DIR}/core/base/parallel_single.cpp ${wasm_flags})
+compile_wasm(threads parallel_lent ${PROJECT_SOURCE_DIR}/core/base/parallel_lent.cpp ${wasm_flags})
+compile_wasm(runtime_of_threads wasm_threads ${PROJECT_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
+compile_wasm(completion_objects wasm_completion ${PROJECT_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
+compile_wasm(tracing_objects wasm ${PROJECT_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
+compile_wasm(files_objects wasm_files ${PROJECT_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
+compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
 set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
