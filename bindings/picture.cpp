@@ -237,6 +237,8 @@ void bind_picture(nb::module_& m) {
             using First = bob::SquaresOrder::First;
             new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr, by_priority ? First::priority : First::contrast);
         }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none(), "by_priority"_a = false);
+    m.def("clear", [](const Planes& planes) { interruptible([&] { bob::clear(planes.data(), planes.size()); }); }, "planes"_a.noconvert(),
+          "Sets new planes (C, H, W) to 0.");
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert(),
           "Writes samples (n, C) to their pixels in planes (C, H, W).");
 

@@ -6,7 +6,7 @@ from scipy import ndimage, stats
 from thread_counts import with_threads
 
 import bobrossnet as bob
-from bobrossnet.picture.order import DEFAULT_ORDER, FIXED_ORDERS
+from bobrossnet.picture.order import DEFAULT_ORDER, FIXED_ORDERS, ORDERS, PRIORITY
 
 EVERY_ORDER = pytest.mark.parametrize("order", FIXED_ORDERS)
 
@@ -76,10 +76,13 @@ def test_sizes_are_written_width_first():
     assert bob.trace(bob.happy_tree(), size="20X10").size == (10, 20)
 
 
-def test_the_default_is_one_of_them(tree):
-    part = bob.trace(tree, size=(70, 90), fraction=0.1)
-    assert part == bob.trace(tree, size=(70, 90), fraction=0.1, order=DEFAULT_ORDER)
-    assert part != bob.trace(tree, size=(70, 90), fraction=0.1, order="lattice")
+@pytest.mark.parametrize(
+    ("size", "order"), [((70, 90), DEFAULT_ORDER), ((511, 512), DEFAULT_ORDER), ((512, 512), PRIORITY)]
+)
+def test_the_default_depends_on_the_size(tree, size, order):
+    part = bob.trace(tree, size=size, fraction=0.03)
+    assert part == bob.trace(tree, size=size, fraction=0.03, order=order)
+    assert all(part != bob.trace(tree, size=size, fraction=0.03, order=other) for other in ORDERS if other != order)
 
 
 @pytest.mark.parametrize("seed", [0, 9])

@@ -56,7 +56,7 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
 }
 
 void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel,
-                         Then then, int begin, int end) const {
+                         Then then, int begin, int end, Wanted wanted) const {
     const int inputs = in_ / groups_, outputs = out_ / groups_;
     const auto& kernels = best_conv_kernels();
     const auto kernel = rows_ == 2 ? kernels.two_rows : block_ == 5 ? kernels.five : block_ == 4 ? kernels.four : kernels.one;
@@ -78,11 +78,13 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
             std::transform(channels.begin(), channels.end(), rows_written, [&](int c) { return output.row(c, out_y); });
             const int group = first / outputs, first_input = group * inputs;
             const float* const weight = weight_.data() + weight_.size() / static_cast<std::size_t>(groups_) * static_cast<std::size_t>(group);
-            kernel({{channels_of(input, first_input, inputs - more.count, y), channels_of(more, 0, more.count, y)}, left, right,
-                    rows, outputs / block_, weight, bias_.data() + first, rows_written, output.row_stride(), scratch, used}, then);
             const auto column = [&](int x) { return then == Then::relu_pool ? x / 2 : enlarged ? 2 * x : x; };
-            for (const int c : channels) {
-                for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r, column(left), column(right));
+            for (Stretch some = wanted.first(y, {left, right}); !some.is_empty(); some = wanted.first(y, {some.end, right})) {
+                kernel({{channels_of(input, first_input, inputs - more.count, y), channels_of(more, 0, more.count, y)}, some.begin, some.end,
+                        rows, outputs / block_, weight, bias_.data() + first, rows_written, output.row_stride(), scratch, used}, then);
+                for (const int c : channels) {
+                    for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r, column(some.begin), column(some.end));
+                }
             }
         }
     };
@@ -105,10 +107,10 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
 }
 
 void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& output, int first_output, Then then, int begin,
-                         int end) const {
+                         int end, Wanted wanted) const {
     std::vector<int> channels(static_cast<std::size_t>(then == Then::shuffle ? out_ / 4 : out_));
     std::iota(channels.begin(), channels.end(), first_output);
-    (*this)(input, more, output, channels, then, begin, end);
+    (*this)(input, more, output, channels, then, begin, end, wanted);
 }
 
 }  // namespace bob

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "completion/conv3x3_kernels.h"
+#include "completion/needed.h"
 #include "completion/planes.h"
 
 namespace bob {
@@ -14,6 +15,15 @@ namespace bob {
 struct Channels {
     const Planes& planes;
     int first, count, column = 0;
+};
+
+/// Parts of a convolution's output to compute, from column `column` of `parts` on; all if it is null.
+struct Wanted {
+    const Needed* parts = nullptr;
+    int column = 0;
+
+    /// The first stretch of a row within some columns, maybe empty.
+    [[nodiscard]] Stretch first(int y, Stretch columns) const { return parts ? parts->first(y, columns, column) : columns; }
 };
 
 /// Weights of a grouped convolution, as PyTorch's Conv2d has them, rearranged for the kernels.
@@ -30,15 +40,16 @@ public:
     ///
     /// The images are as high as the output and, from their columns on, at least as wide as the first. `begin` is a
     /// multiple of `rows`; `end` is one too, or the height. Output channel c is written to channel `output_channel[c]`
-    /// of `output`; with `Then::shuffle`, channels 4c to 4c + 3 are. Uses all threads.
+    /// of `output`; with `Then::shuffle`, channels 4c to 4c + 3 are. Columns that are not wanted keep arbitrary values.
+    /// Uses all threads.
     void operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel, Then then,
-                    int begin, int end) const;
+                    int begin, int end, Wanted wanted = {}) const;
     /// Writes the output channels in order, from `first_output` on.
     void operator()(const Channels& input, const Channels& more, Planes& output, int first_output, Then then, int begin,
-                    int end) const;
+                    int end, Wanted wanted = {}) const;
     void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
-                    int end) const {
-        (*this)({input, first_input, in_}, {input, 0, 0}, output, first_output, then, begin, end);
+                    int end, Wanted wanted = {}) const {
+        (*this)({input, first_input, in_}, {input, 0, 0}, output, first_output, then, begin, end, wanted);
     }
 
     [[nodiscard]] int in() const { return in_; }

@@ -24,8 +24,7 @@ inline AlignedFloats aligned_floats(std::size_t count) { return AlignedFloats(ne
 /// `channels` planes of float32, each with a border of zeros, so that convolutions need no special case at the edges.
 ///
 /// Rows are padded to whole vectors: kernels may write past the width up to `row_end` and then call `clear_tail`. The
-/// border before a row is also the border after the row above. Pixels are uninitialized until written, but the padding
-/// is zero.
+/// border before a row is also the border after the row above. The padding is zero, as are pixels until they are written.
 ///
 /// A large image keeps only a window of rows, which moves down: row y replaces row y - `window`. Two, four or eight
 /// rows starting at a multiple of their number are contiguous.
@@ -38,14 +37,7 @@ public:
           plane_(stride_ * static_cast<std::size_t>(window_ + 1)) {
         const std::size_t size = plane_ * static_cast<std::size_t>(channels) + border;
         data_ = aligned_floats(size);
-        for (int c = 0; c < channels; ++c) {
-            for (int y = 0; y < window_; ++y) {
-                std::fill(row(c, y) - border, row(c, y), 0.f);
-                clear_tail(c, y);
-            }
-            std::fill_n(row(c, -1) - border, stride_, 0.f);
-        }
-        std::fill_n(data_.get() + size - border, border, 0.f);
+        std::fill_n(data_.get(), size, 0.f);
     }
     Planes(int channels, int height, int width) : Planes(channels, height, width, height) {}
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "completion/needed.h"
 #include "completion/pyramid_kernels.h"
 
 namespace bob {
@@ -33,6 +34,9 @@ constexpr int least_tile_rows = 16, least_rows = 32;
 /// Rows per convolution step of a level. Four where the bulk of the arithmetic is; two where rows are so high that four
 /// would make pixels depend on distant ones.
 constexpr int rows_at_once(int level) { return level <= 3 ? 4 : 2; }
+
+/// Up to this level, only parts that the picture shows are convolved. Nearly everything is needed of coarser ones.
+constexpr int last_in_parts = 3;
 
 constexpr int rounded_up(int size, int multiple) { return (size + multiple - 1) / multiple * multiple; }
 
@@ -143,6 +147,8 @@ struct Pyramid::Images {
     int tiles, tile_columns;    // side by side
     std::vector<Level> levels;  // level 2 first
     Planes everywhere;          // ones: the surface of a level coarser than all (1)
+    /// Needed outputs of the layers, level 1 first.
+    std::vector<Needed> needed, needed_features;
     mutable Spare<Finest> finest;
 
     Images(int height, int width, const Pyramid& network)
@@ -166,6 +172,16 @@ struct Pyramid::Images {
     Level& level(int number) { return levels[static_cast<std::size_t>(number - 2)]; }
     const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 2)]; }
 
+    void need_all(int levels) {
+        needed.clear();
+        for (int level = 1, h = half(height), w = half(width); level <= std::min(levels, last_in_parts); ++level, h = half(h), w = half(w)) {
+            needed.emplace_back(h, w);
+        }
+        needed_features = needed;
+    }
+    [[nodiscard]] Wanted wanted(int level, int column = 0) const { return part(needed, level, column); }
+    [[nodiscard]] Wanted wanted_features(int level, int column = 0) const { return part(needed_features, level, column); }
+
     /// Columns of a tile and its halo.
     [[nodiscard]] int columns() const {
         const int all = half(width);
@@ -173,6 +189,11 @@ struct Pyramid::Images {
     }
 
 private:
+    static Wanted part(const std::vector<Needed>& parts, int level, int column) {
+        const auto index = static_cast<std::size_t>(level - 1);
+        return index < parts.size() ? Wanted{&parts[index], column} : Wanted{};
+    }
+
     /// Chooses the largest `rows` that fit the network's memory and divide the picture evenly. Returns the windows of
     /// each level.
     std::vector<Windows> plan(const Pyramid& network) {
@@ -245,20 +266,25 @@ void Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
     // The convolution step's first row of level 1.
     const int begin = band.begin / 2 / rows_at_once(1) * rows_at_once(1), rows = std::min(half(band.end), all_rows);
 
+    const auto index = [](int level) { return static_cast<std::size_t>(level - 2); };
+    images->need_all(levels());
     std::vector<Progress> done = first_needed(begin);
     for (int finished = begin; finished < rows; finished += images->rows) {
         const int until = std::min(finished + images->rows, rows);
         const auto next = needed(until, all_rows);
-        if (levels() > 1) pull(pixels, *images, done.back().sums, next.back().sums);
+        if (levels() > 1) {
+            pull(pixels, *images, done.back().sums, next.back().sums);
+            for (int level = levels(); level >= 2; --level) find_surface(level, *images, done[index(level)], next[index(level)]);
+            find_needed(*images, done.front().known, next.front().known);
+        }
         for (int level = levels(); level >= 2; --level) {
-            const auto index = static_cast<std::size_t>(level - 2);
-            const Progress &from = done[index], &to = next[index];
+            const Progress &from = done[index(level)], &to = next[index(level)];
             auto& here = images->level(level);
             know(level, *images, from, to);
             const Planes& handed = level < levels() ? images->level(level + 1).handed : here.known;
             layers(level).features({here.known, 0, bob::known}, {handed, 0, layers(level).features.in() - bob::known},
-                                   here.features, 0, Then::relu, from.features, to.features);
-            layers(level).finer(here.features, 0, here.handed, 0, Then::shuffle, from.finer, to.finer);
+                                   here.features, 0, Then::relu, from.features, to.features, images->wanted_features(level));
+            layers(level).finer(here.features, 0, here.handed, 0, Then::shuffle, from.finer, to.finer, images->wanted(level));
         }
         done = next;
 
@@ -320,10 +346,40 @@ void Pyramid::know(int level, Images& images, const Progress& done, const Progre
             kernels.know(sums, rows_of(here.known, 0, y), corrected, static_cast<float>(1 << level), width);
             repeat_edges(corrected, width);
             for (int c = 0; c < bob::known; ++c) here.known.clear_tail(c, y);
-            const float* coarser = coarsest ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, pair);
-            kernels.spread(rows_of(std::as_const(here.sums), sums::shown, y), coarser, here.surface.row(0, y), width);
         }
     });
+}
+
+void Pyramid::find_surface(int level, Images& images, const Progress& done, const Progress& next) const {
+    const auto& kernels = best_pyramid_kernels();
+    auto& here = images.level(level);
+    const int width = here.sums.width();
+    for_rows(done.known, next.known, width, [&](int y) {
+        const float* const coarser = level == levels() ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, y / 2);
+        kernels.spread(rows_of(std::as_const(here.sums), sums::shown, y), coarser, here.surface.row(0, y), width);
+    });
+}
+
+void Pyramid::find_needed(Images& images, int done, int next) {
+    constexpr int rows = Needed::block_rows / 2;  // of level 2; its columns are blocks of level 1
+    const auto& surface = images.level(2).surface;
+    Needed& finest = images.needed.front();
+    for (int y = (done + rows - 1) / rows; y < finest.down() && rows * y < next; ++y) {
+        const bool is_whole = rows * y + rows <= next || next == surface.height();
+        if (!is_whole) break;
+        std::uint8_t* const to = finest.row(y);
+        std::fill_n(to, finest.across(), std::uint8_t{0});
+        for (int i = rows * y; i < std::min(rows * y + rows, surface.height()); ++i) {
+            const float* const from = surface.row(0, i);
+            for (int x = 0; x < finest.across(); ++x) to[x] |= from[x] != 0;
+        }
+    }
+    for (std::size_t i = 0;; ++i) {
+        images.needed_features[i] = images.needed[i].with_neighbours();
+        if (i + 1 == images.needed.size()) break;
+        // The inputs of the features, and the pixels around them that a surprise reads, are within two blocks.
+        images.needed[i + 1] = images.needed_features[i].with_neighbours().halved();
+    }
 }
 
 void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const {
@@ -365,8 +421,8 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
         }
         layers(1).features({known, 0, known_finest},
                            {coarser ? coarser->handed : known, 0, layers(1).features.in() - known_finest, coarser ? column : 0}, features, 0,
-                           Then::relu, done.features, next.features);
-        layers(1).finer(features, 0, correction, 0, Then::nothing, finished, until);
+                           Then::relu, done.features, next.features, images.wanted_features(1, column));
+        layers(1).finer(features, 0, correction, 0, Then::nothing, finished, until, images.wanted(1, column));
         for (int y = finished; y < until; ++y) {
             const float* const of_coarser = coarser ? coarser->surface.row(0, y / 2) + column / 2 : images.everywhere.row(0, 0) + column / 2;
             kernels.spread(rows_of(std::as_const(shown), 0, y), of_coarser, surface.row(0, y), width);

@@ -44,7 +44,11 @@ private:
 
     /// Sums over the traced pixels of the blocks of level 2 and coarser, for rows of the coarsest.
     void pull(const Pixels& pixels, Images& images, int begin, int end) const;
-    /// The gray, features and surface of level 2 or coarser; from `done` to `next`.
+    /// The surface of level 2 or coarser; from `done` to `next`. It is 0 on certain background.
+    void find_surface(int level, Images& images, const Progress& done, const Progress& next) const;
+    /// Reduces level 1's needed parts to where the surface of level 2 is not 0; from `done` to `next`, in its rows.
+    static void find_needed(Images& images, int done, int next);
+    /// The gray and features of level 2 or coarser; from `done` to `next`.
     void know(int level, Images& images, const Progress& done, const Progress& next) const;
     /// Completes a tile of level 1 from the coarser levels.
     void complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const;

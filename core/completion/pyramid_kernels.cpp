@@ -134,13 +134,14 @@ void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correc
             PictureRows picture, int begin, int end) {
     const F least = constant(16 * softness);
     for (int x = begin; x < end; x += lanes) {
-        const Phases start = doubled(coarse, x);
-        const Phases total = gaussian_sums(surprise, x), weight = gaussian_sums(mask, x);
-        const F present = load<F>(surface + x);
-        F value[4];
-        for (int i = 0; i < 4; ++i) {
-            value[i] = start.at[i] + total.at[i] / (weight.at[i] + least) + load<F>(correction.at(i) + x);
-            value[i] *= present;
+        const M present = load<F>(surface + x) > F{};
+        F value[4] = {};
+        if (bits(present)) {
+            const Phases start = doubled(coarse, x);
+            const Phases total = gaussian_sums(surprise, x), weight = gaussian_sums(mask, x);
+            for (int i = 0; i < 4; ++i) {
+                value[i] = where(present, start.at[i] + total.at[i] / (weight.at[i] + least) + load<F>(correction.at(i) + x));
+            }
         }
         store_blocks(picture, x, value);
     }

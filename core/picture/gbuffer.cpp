@@ -3,7 +3,13 @@
 #include <algorithm>
 #include <array>
 
+#include "base/parallel.h"
+
 namespace bob {
+
+void clear(float* planes, std::size_t count) {
+    parallel_for(count, std::size_t{1} << 18, [=](std::size_t begin, std::size_t end) { std::fill(planes + begin, planes + end, 0.f); });
+}
 
 std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, std::size_t sample_width,
                     float* planes, std::size_t height, std::size_t width) {

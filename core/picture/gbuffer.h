@@ -14,6 +14,9 @@ struct Pixel {
     std::int32_t row, column;
 };
 
+/// Sets `count` values of new planes to 0, from several threads: the first touch of fresh memory takes long.
+void clear(float* planes, std::size_t count);
+
 /// Writes samples, (n, C), to their pixels in `planes`, (C, height, width), both of one layout that begins with the
 /// mask. Returns the number of pixels not traced before.
 ///

@@ -28,14 +28,17 @@ constexpr SquaresOrder::Division SquaresOrder::by_priority[] = {
 
 SquaresOrder::Squares::Squares(std::uint32_t side) : side(side), first(std::uint32_t{lattice_first} % side) {}
 
-SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced, First first)
-    : RoundOrder(height, width), is_decided_(std::size_t{height} * width) {
+SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced, First first, Samples samples)
+    : RoundOrder(height, width), samples_(samples), is_decided_(std::size_t{height} * width) {
     if (first == First::contrast) divisions_ = by_contrast;
     else divisions_ = by_priority;
+    for (std::uint32_t side = 2; side <= divisions_[0].side; side *= 2) levels_.emplace_back(side, height, width);
     if (traced) std::transform(traced, traced + is_decided_.size(), is_decided_.begin(), [](float mask) { return mask != 0; });
 }
 
 std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* planes) {
+    const LookReader look_at(layout, planes, is_decided_.size());
+    if (samples_ == Samples::are_final) read_round(look_at);
     round_.clear();
     if (rounds_ == 0) {
         ++rounds_;
@@ -46,19 +49,57 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
     }
     for (; round_.empty() && rounds_ <= divisions_.size(); ++rounds_) {
         const Division& division = divisions_[rounds_ - 1];
-        divide(Squares(division.side), division.contrast, layout, planes);
+        Level& level = *std::ranges::find(levels_, division.side, [](const Level& each) { return each.squares.side; });
+        if (samples_ == Samples::change && division.contrast != any) read_all(level, look_at);
+        divide(level, division.contrast);
     }
     return round_;
 }
 
-void SquaresOrder::divide(const Squares& squares, std::uint32_t contrast, const Layout& layout, const float* planes) {
-    const LookReader look_at(layout, planes, is_decided_.size());
-    const std::uint32_t lines = squares.lines(height_), across = squares.lines(width_) + 1;
-    corners_above_.assign(across + 1, Look{}), corners_below_.assign(across + 1, Look{});
-    differs_.assign(across, 0), either_.resize(across);
-    for (std::uint32_t y = 0; y <= lines; ++y) {
+void SquaresOrder::Level::add(std::uint32_t row, std::uint32_t column, const Look& look) {
+    const std::size_t first = std::size_t{(row - squares.first) / squares.side} * across + (column - squares.first) / squares.side;
+    for (const std::size_t i : {first, first + 1, first + across, first + across + 1}) {
+        corners[i].add(look);
+        contrasts[i] = static_cast<std::uint8_t>(corners[i].contrast());
+    }
+}
+
+void SquaresOrder::read_round(const LookReader& look_at) {
+    constexpr std::size_t ahead = 16;  // pixels; neighbouring rows are far apart
+    const auto index = [&](Pixel pixel) { return static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column); };
+    for (std::size_t k = 0; k < round_.size(); ++k) {
+        if (k + ahead < round_.size()) look_at.prefetch(index(round_[k + ahead]));
+        const auto row = static_cast<std::uint32_t>(round_[k].row), column = static_cast<std::uint32_t>(round_[k].column);
+        const auto is_corner = [&](const Squares& squares) { return ((row - squares.first) | (column - squares.first)) % squares.side == 0; };
+        if (!is_corner(levels_[0].squares)) continue;
+        const Look look = look_at(index(round_[k]));
+        for (Level& level : levels_) {
+            if (!is_corner(level.squares)) break;  // nor of larger squares
+            level.add(row, column, look);
+        }
+    }
+}
+
+void SquaresOrder::read_all(Level& level, const LookReader& look_at) {
+    std::ranges::fill(level.corners, Look{});
+    std::ranges::fill(level.contrasts, std::uint8_t{0});
+    const Squares& squares = level.squares;
+    for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
+        for (std::uint32_t column = squares.first; column < width_; column += squares.side) {
+            const std::size_t i = std::size_t{row} * width_ + column;
+            if (is_decided_[i]) level.add(row, column, look_at(i));
+        }
+    }
+}
+
+void SquaresOrder::divide(const Level& level, std::uint32_t contrast) {
+    const Squares& squares = level.squares;
+    differs_.assign(level.across, 0), either_.resize(level.across);
+    for (std::uint32_t y = 0; y < level.down; ++y) {
         differs_above_.swap(differs_);
-        compare(squares, y, contrast, look_at);
+        differs_.resize(level.across);
+        const std::uint8_t* const contrasts = level.contrasts.data() + std::size_t{y} * level.across;
+        std::transform(contrasts, contrasts + level.across, differs_.begin(), [=](std::uint8_t own) { return own >= contrast; });
         const std::uint32_t below = squares.first + y * squares.side, middle = below - squares.side / 2;  // or far outside
         if (y > 0) {
             std::ranges::transform(differs_above_, differs_, either_.begin(), [](std::uint8_t a, std::uint8_t b) { return a | b; });
@@ -68,27 +109,14 @@ void SquaresOrder::divide(const Squares& squares, std::uint32_t contrast, const 
     }
 }
 
-void SquaresOrder::compare(const Squares& squares, std::uint32_t y, std::uint32_t contrast, const LookReader& look_at) {
-    differs_.assign(squares.lines(width_) + 1, contrast == any);
-    if (contrast == any) return;
-    corners_above_.swap(corners_below_);
-    const std::uint32_t row = squares.first + y * squares.side;
-    for (std::size_t x = 0; x + 1 < differs_.size(); ++x) {
-        const std::size_t i = std::size_t{row} * width_ + squares.first + x * squares.side;
-        corners_below_[x + 1] = row < height_ && is_decided_[i] != 0 ? look_at(i) : Look{};
-    }
-    for (std::size_t x = 0; x < differs_.size(); ++x) {
-        Look square = corners_above_[x];
-        for (const Look& corner : {corners_above_[x + 1], corners_below_[x], corners_below_[x + 1]}) square.add(corner);
-        differs_[x] = square.contrast() >= contrast;
-    }
-}
-
 void SquaresOrder::decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided) {
-    for (std::uint32_t x = 0; x < divided.size(); ++x) {
-        const std::uint32_t right = squares.first + x * squares.side, left = right - squares.side, middle = right - squares.side / 2;
-        if (x > 0 && (divided[x - 1] | divided[x])) decide(row, left);
-        if (divided[x] && middle < width_) decide(row, middle);
+    const auto begin = divided.begin(), end = divided.end();
+    for (auto found = std::find(begin, end, 1); found != end; found = std::find(found + 1, end, 1)) {
+        const auto x = static_cast<std::uint32_t>(found - begin);
+        const std::uint32_t right = squares.first + x * squares.side, middle = right - squares.side / 2;
+        if (x > 0) decide(row, right - squares.side);
+        if (middle < width_) decide(row, middle);
+        if (found + 1 != end) decide(row, right);
     }
 }
 
@@ -100,8 +128,9 @@ void SquaresOrder::decide(std::uint32_t row, std::uint32_t column) {
 }
 
 std::size_t SquaresOrder::bytes() const {
-    return is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + (corners_above_.capacity() + corners_below_.capacity()) * sizeof(Look) +
-           differs_.capacity() + differs_above_.capacity() + either_.capacity();
+    std::size_t sum = is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + differs_.capacity() + differs_above_.capacity() + either_.capacity();
+    for (const Level& level : levels_) sum += level.corners.capacity() * sizeof(Look) + level.contrasts.capacity();
+    return sum;
 }
 
 }  // namespace bob

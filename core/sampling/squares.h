@@ -30,8 +30,13 @@ public:
     /// Squares to divide first: by contrast, or by contrast times area.
     enum class First { contrast, priority };
 
-    /// Pixels with a nonzero mask in `traced`, (height, width), are traced already; null if no pixel is.
-    SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr, First first = First::contrast);
+    /// Final samples are read once, others before each division.
+    enum class Samples { change, are_final };
+
+    /// Pixels with a nonzero mask in `traced`, (height, width), are traced already; null if no pixel is, as it must be
+    /// for final samples.
+    SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr, First first = First::contrast,
+                 Samples samples = Samples::change);
 
     std::span<const Pixel> next(const Layout& layout, const float* planes) override;
 
@@ -49,10 +54,27 @@ private:
         std::uint32_t side, first;
     };
 
-    /// Makes a round that divides all squares of at least this contrast.
-    void divide(const Squares& squares, std::uint32_t contrast, const Layout& layout, const float* planes);
-    /// Finds the squares of a row that have at least this contrast.
-    void compare(const Squares& squares, std::uint32_t y, std::uint32_t contrast, const LookReader& look_at);
+    /// The squares of one size, row by row, with their traced corners.
+    struct Level {
+        Level(std::uint32_t side, std::uint32_t height, std::uint32_t width)
+            : squares(side), down(squares.lines(height) + 1), across(squares.lines(width) + 1), corners(std::size_t{down} * across),
+              contrasts(corners.size()) {}
+
+        /// Adds a pixel to the squares that it is a corner of.
+        void add(std::uint32_t row, std::uint32_t column, const Look& look);
+
+        Squares squares;
+        std::uint32_t down, across;
+        std::vector<Look> corners;
+        std::vector<std::uint8_t> contrasts;
+    };
+
+    /// Reads the samples of the last round, for all levels.
+    void read_round(const LookReader& look_at);
+    /// Reads the samples of all rounds again.
+    void read_all(Level& level, const LookReader& look_at);
+    /// Makes a round that divides all squares of a level of at least this contrast.
+    void divide(const Level& level, std::uint32_t contrast);
     /// Chooses the corners and the middles between them in a row of the picture, next to squares to be divided.
     void decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided);
 
@@ -66,9 +88,10 @@ private:
 
     std::span<const Division> divisions_;  // the first round traces the corners of the first division
     std::size_t rounds_ = 0;
+    Samples samples_;
     std::vector<std::uint8_t> is_decided_;  // of each pixel
     std::vector<Pixel> round_;
-    std::vector<Look> corners_above_, corners_below_;              // of a row of squares, with an unknown one at each end
+    std::vector<Level> levels_;  // by size, the smallest first
     std::vector<std::uint8_t> differs_, differs_above_, either_;  // of a row of squares, of the row above, and of both
 };
 

@@ -253,6 +253,47 @@ TEST(threads_and_tiles_leave_no_seams) {
     });
 }
 
+/// Convolutions skip certain background. A gray of 1e-30 is none, and changes nothing else.
+TEST(skipping_the_background_changes_no_other_pixel) {
+    test::for_each_isa([] {
+        std::vector<std::vector<float>> of_six, of_two;
+        const auto six = pyramid_weights(of_six), two = pyramid_weights(of_two, 2);
+        for (const auto& [height, width] : {std::pair{61, 47}, {203, 331}, {131, 1101}}) {
+            const auto size = static_cast<std::size_t>(height * width);
+            std::vector<float> picture(5 * size);
+            test::Random random(7);
+            for (int y = 0, i = 0; y < height; ++y) {
+                for (int x = 0; x < width; ++x, ++i) {
+                    const int down = y - height / 2, right = x - width / 3;
+                    const auto at = static_cast<std::size_t>(i);
+                    if ((y % 4 != 1 || x % 4 != 1) && random() > 0.05f) continue;
+                    picture[at] = 1;
+                    if (16 * (down * down + right * right) > height * height) continue;
+                    for (std::size_t c = 1; c < 5; ++c) picture[c * size + at] = random(0.3f, 0.9f);
+                }
+            }
+            auto without_background = picture;
+            for (std::size_t i = 0; i < size; ++i) {
+                if (picture[i] != 0 && picture[size + i] == 0) without_background[size + i] = 1e-30f;
+            }
+            for (const auto* const weights : {&six, &two}) {
+                for (const std::size_t memory : {std::size_t{0}, std::size_t{8} << 20}) {
+                    const bob::Pyramid network(*weights, memory);
+                    // Values left by another picture must not matter.
+                    completed(network, std::vector<float>(5 * size, 0.5f), height, width);
+                    const auto gray = completed(network, picture, height, width), all = completed(network, without_background, height, width);
+                    std::size_t dark = 0;
+                    for (std::size_t i = 0; i < size; ++i) {
+                        dark += gray[i] == 0;
+                        if (gray[i] != 0) CHECK_NEAR(gray[i], all[i], 1e-5);
+                    }
+                    CHECK(4 * dark > size);
+                }
+            }
+        }
+    });
+}
+
 /// Completing rows gives the rows of the whole picture, whatever an earlier picture left in memory.
 TEST(bands_of_rows_are_those_of_the_whole_picture) {
     test::for_each_isa([] {

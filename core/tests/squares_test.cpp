@@ -22,9 +22,12 @@ std::vector<std::vector<bob::Pixel>> rounds_of(int height, int width, const Scen
     const auto n = static_cast<std::size_t>(height * width);
     std::vector<float> planes(5 * n, untraced);
     bob::SquaresOrder order(static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width), nullptr, first);
+    // Final samples, read once, give the same rounds.
+    bob::SquaresOrder once(order.height(), order.width(), nullptr, first, bob::SquaresOrder::Samples::are_final);
     std::vector<std::vector<bob::Pixel>> result;
     while (true) {
-        const auto round = order.next(bob::gbuffer_layout(), planes.data());
+        const auto round = order.next(bob::gbuffer_layout(), planes.data()), of_final = once.next(bob::gbuffer_layout(), planes.data());
+        CHECK(std::ranges::equal(round, of_final, [](bob::Pixel a, bob::Pixel b) { return a.row == b.row && a.column == b.column; }));
         if (round.empty()) return result;
         result.emplace_back(round.begin(), round.end());
         for (const auto [row, column] : round) {
@@ -118,6 +121,23 @@ TEST(by_priority_large_squares_come_before_small_ones_that_differ_as_much) {
     CHECK_LT(40, between_columns(2, 3, 184, 200));
     CHECK_EQ(between_columns(3, 4, 8, 112), 0);  // then squares of 4, when 48 suffice
     CHECK_LT(40, between_columns(3, 4, 188, 196));
+}
+
+TEST(samples_that_change_are_read_before_each_round) {
+    constexpr std::size_t n = 64 * 64;
+    std::vector<float> planes(5 * n);
+    bob::SquaresOrder order(64, 64), once(64, 64, nullptr, bob::SquaresOrder::First::contrast, bob::SquaresOrder::Samples::are_final);
+    for (int rounds = 0; rounds < 2; ++rounds) {
+        for (const auto [row, column] : order.next(bob::gbuffer_layout(), planes.data())) {
+            planes[static_cast<std::size_t>(row * 64 + column)] = 1;
+        }
+        once.next(bob::gbuffer_layout(), planes.data());
+    }
+    const std::size_t corner = 13 * 64 + 13;
+    CHECK_EQ(planes[corner], 1.f);
+    planes[n + corner] = 1, planes[2 * n + corner] = 0.5f;
+    const std::size_t few = order.next(bob::gbuffer_layout(), planes.data()).size(), all = once.next(bob::gbuffer_layout(), planes.data()).size();
+    CHECK_LT(few, all);
 }
 
 TEST(what_was_not_traced_is_not_read) {

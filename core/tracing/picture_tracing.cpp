@@ -10,11 +10,19 @@
 namespace bob {
 namespace {
 
+/// From this number of pixels on, the default order is "priority". At equal times its pictures are better. Over 24 real
+/// models, SSIM at 5 % is .0025 lower than in the order "adaptive" at 640x480, but .006 lower at 256x256.
+constexpr std::size_t many_pixels = 512 * 512;
+
 /// Null for an order without rounds.
 std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
+    if (order == "default") order = std::size_t{height} * width >= many_pixels ? "priority" : "adaptive";
     if (order == "adaptive") return std::make_unique<AdaptiveOrder>(seed, height, width);
-    if (order == "squares") return std::make_unique<SquaresOrder>(height, width);
-    if (order == "priority") return std::make_unique<SquaresOrder>(height, width, nullptr, SquaresOrder::First::priority);
+    const auto squares = [&](SquaresOrder::First first) {
+        return std::make_unique<SquaresOrder>(height, width, nullptr, first, SquaresOrder::Samples::are_final);
+    };
+    if (order == "squares") return squares(SquaresOrder::First::contrast);
+    if (order == "priority") return squares(SquaresOrder::First::priority);
     return nullptr;
 }
 

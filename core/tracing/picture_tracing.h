@@ -23,7 +23,8 @@ public:
     /// Pixels per call without decisions between them: a few hundredths of a second of work.
     static constexpr std::size_t piece = std::size_t{1} << 17;
 
-    /// `order`: a name of `make_order`, "adaptive", "squares", "priority", or "tiles", the fastest for all pixels.
+    /// `order`: a name of `make_order`, "adaptive", "squares", "priority", "default", or "tiles", the fastest for all
+    /// pixels.
     PictureTracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, std::string_view order,
                    std::uint64_t seed);
 

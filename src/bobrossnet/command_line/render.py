@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, PRIORITY
 from bobrossnet.pictures.drawing import SVG
 from bobrossnet.support.errors import InputError
 
@@ -48,7 +48,8 @@ def add(commands: Any) -> None:
     render.add_argument(
         "--order",
         default="default",
-        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {DEFAULT_ORDER})",
+        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {PRIORITY} from 512x512 pixels on, else "
+        f"{DEFAULT_ORDER})",
     )
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     arguments.add_orbit(render)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bobrossnet import _core
 from bobrossnet.color import luminance
 from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
 from bobrossnet.picture.guides import Guides, check_guides
@@ -185,7 +186,7 @@ class GBuffer(Channels):
         ----------
         fraction : float in (0, 1]
         order, seed
-            As in `trace`.
+            As in `trace`; "default" is "adaptive", for all tracers and sizes.
         """
         order, count = check_order(order, seed), pixel_count(fraction, self.size)
         sequence = PixelSequence(self.size, order, seed)
@@ -214,11 +215,8 @@ def untraced_planes(size: Size, layout: Layout) -> F32:
     """Allocate zeros, (C, H, W), for `scatter` to fill.
 
     For pictures of gigabytes the system takes seconds to provide the memory, page by page at first touch. That happens
-    here in steps, where Ctrl-C is noticed, not all at once at the first random pixels.
+    here, from all threads and where Ctrl-C is noticed, not at the first random pixels.
     """
     planes = np.empty((layout.width, *size), np.float32)
-    flat = planes.reshape(-1)
-    piece = 2**22
-    for start in range(0, flat.size, piece):
-        flat[start : start + piece] = 0
+    _core.clear(planes)
     return planes

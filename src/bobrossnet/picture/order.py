@@ -43,7 +43,7 @@ ORDERS_BY_SIGHT = (ADAPTIVE, SQUARES, PRIORITY)
 ORDERS = (*FIXED_ORDERS, *ORDERS_BY_SIGHT)
 
 DEFAULT_ORDER = ADAPTIVE
-"""The order of the name "default"."""
+"""The order of the name "default", except in `trace`."""
 
 
 def pixel_order(

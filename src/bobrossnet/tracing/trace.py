@@ -126,11 +126,12 @@ def trace(
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "lattice", "adaptive", "squares", "priority" or "default"
-        Order of the pixels. Three orders refine silhouettes and creases. "adaptive", the default, chooses pixel by
-        pixel, in rounds: 8 up to 5 % of the pixels, 16 up to 25 %. "priority" starts with every 16th pixel of every
-        16th row and subdivides squares of unequal pixels, by decreasing difference times area: less detail for the
-        same number of pixels, but sooner. "squares" starts with every 8th and subdivides the most different squares.
-        The other orders take the first pixels of `pixel_order(size, order=order, seed=seed)`.
+        Order of the pixels. Three orders refine silhouettes and creases. "adaptive" chooses pixel by pixel, in rounds:
+        8 up to 5 % of the pixels, 16 up to 25 %. "priority" starts with every 16th pixel of every 16th row and
+        subdivides squares of unequal pixels, by decreasing difference times area: less detail for the same number of
+        pixels, but sooner. "squares" starts with every 8th and subdivides the most different squares. The other orders
+        take the first pixels of `pixel_order(size, order=order, seed=seed)`. "default" is "priority" from 512x512
+        pixels on, and "adaptive" for smaller pictures and with light paths.
     seed : int, 0..2**64 - 1
     guides : bool
         Also find the first surface at all pixels, for `complete` to follow. It pays where shading takes longer than
@@ -162,7 +163,7 @@ def trace(
     """
     scene = as_scene(scene)
     camera = as_camera(camera, scene)
-    order = check_order(order, seed)
+    named = check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
     size = check_size(size)
@@ -170,12 +171,14 @@ def trace(
     scene = as_scene(scene, section)
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
-        return traced_light(lit, fraction, order, seed, progress)
+        return traced_light(lit, fraction, named, seed, progress)
     tracer = SceneTracer(scene, camera, size)
     planes = untraced_planes(tracer.size, tracer.layout)
     if count == planes[0].size:
-        order = "tiles"  # successive rays visit the same parts of a BVH
-    picture = tracer.picture(order, seed)
+        named = "tiles"  # successive rays visit the same parts of a BVH
+    elif order == "default":
+        named = order  # the core's
+    picture = tracer.picture(named, seed)
     while picture.done < count:
         picture.trace(count if progress is None else min(picture.done + BATCH, count), planes)
         if progress is not None:
