@@ -245,6 +245,22 @@ class Lighting:
     def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]:
         """Pixels of first hits (10, H, W) whose neighbours differ, (n, 2), and the hits in them, (n, side**2, 10)."""
 
+STUDIO_LIGHTS: list[tuple[float, float, float, list[float], float]]
+"""Discs: azimuth from the camera's on, elevation and angle in degrees, linear RGB, intensity."""
+STUDIO_SKY: tuple[list[float], list[float], float]
+"""Linear RGB of top and bottom, and their intensity."""
+LIGHT_PATHS: int
+EDGE_RAYS: tuple[int, int]
+
+class LightPace:
+    """Number of pixels in a frame of moving light."""
+
+    def pixels(self, total: int, left: float) -> int:
+        """For a picture of so many pixels, and the time left after its first hits."""
+
+    def traced(self, pixels: int, time: float) -> None: ...
+    def completed(self, time: float) -> None: ...
+
 class LightHistory:
     """Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W)."""
 
