@@ -1,12 +1,17 @@
 """Lights in <bob-view>: the converged picture is that of `render`, and the headlight stays as it is."""
 
+import threading
+
 import numpy as np
 import pytest
 from browser import picture_at, serving
 
 import bobrossnet as bob
+from bobrossnet.command_line import cli
 from bobrossnet.page.export import export, export_file
+from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
+from bobrossnet.page.server import Server
 
 WIDTH, HEIGHT = 96, 72
 
@@ -184,3 +189,62 @@ def test_a_single_file_has_its_light(browser, tmp_path):
     page.goto(file.as_uri())
     assert_same(settled(page), bob.render(meshes(), size=(HEIGHT, WIDTH), light="studio"))
     page.close()
+
+
+# ---- Doors -----------------------------------------------------------------------------------------------
+
+
+def test_the_page_has_a_control_and_links_with_light(browser):
+    """The studio has a bright background, which shows its shadows; modes that compare exact pictures are off."""
+    with page_files(meshes(), "two", attributes(0, "#000", light="studio")) as files, Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            page = browser.new_page(viewport={"width": 900, "height": 600})
+            page.goto(f"{server.url}?size=48x36&scene=files/two.bob")
+            page.evaluate("() => bobrossnet.started")
+            light = f"() => {VIEW}.light"
+            assert (page.input_value("#light"), page.evaluate(light)) == ("studio", "studio")
+            page.evaluate("() => bobrossnet.converged()")
+            assert page.get_attribute("bob-view", "background").startswith("linear-gradient")
+            assert page.is_disabled("input[value=difference]")
+            assert "light=studio" in page.evaluate("() => bobrossnet.link()")
+            page.select_option("#light", "headlight")
+            page.evaluate("() => bobrossnet.converged()")
+            assert page.evaluate("() => bobrossnet.statistics.exact")
+            assert page.get_attribute("bob-view", "background") is None
+            assert page.is_enabled("input[value=difference]")
+            assert "light" not in page.evaluate("() => bobrossnet.link()")
+            page.goto(f"{server.url}?size=48x36&light=headlight#scene=gyroid.bob&camera=10_20_0_1_0_0_0&light=studio")
+            page.evaluate("() => bobrossnet.started")
+            assert page.evaluate(light) == "studio"
+            page.close()
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def test_exported_pages_have_their_light(tmp_path, capsys):
+    bob.save_scene(meshes(), tmp_path / "two.bob")
+    view = ["view", str(tmp_path / "two.bob"), "--light", "studio", "--export"]
+    assert cli.main([*view, str(tmp_path / "page")]) == 0
+    assert 'data-light="studio"' in (tmp_path / "page/index.html").read_text()
+    assert cli.main([*view, str(tmp_path / "two.html")]) == 0
+    assert ' light="studio">' in (tmp_path / "two.html").read_text()
+    view[3] = "sun.hdr"
+    assert cli.main([*view, str(tmp_path / "sun.html")]) == 2
+    assert "light: expected headlight or studio in a page, got str 'sun.hdr'" in capsys.readouterr().err
+
+
+def test_notebooks_have_their_light():
+    pytest.importorskip("anywidget", reason="anywidget, which shows widgets in notebooks, is not installed")
+    assert bob.view(meshes()).light == "headlight"
+    assert bob.view(meshes(), light="studio").light == "studio"
+    lit = bob.Scene(meshes(), light="studio")
+    assert bob.view(lit).light == "studio"
+    assert bob.view(lit, light="headlight").light == "headlight"
+    assert bob.view(bob.Scene(meshes(), light=bob.Light((0, 0, 1)))).light == "headlight"
+    shadows = bob.view(lit, size=(36, 48)).snapshot(samples=1).alpha
+    assert ((shadows > 0.1) & (shadows < 0.9)).any()
+    with pytest.raises(bob.InputError, match="light: expected headlight or studio in a page"):
+        bob.view(meshes(), light="sun")

@@ -26,7 +26,7 @@ const PIXEL_MS = 1e-5; // to complete a pixel, before the first measurement
 const LIT_PIXEL_MS = 7e-4; // the same under lights, with the pixel's first hit
 const LIT_TIMES = 2; // times the budget, of a moving picture under lights
 const LIT_SHARE = 0.7; // of that time, for first hits and completing: the rest is for paths
-const LIT_STEP_MS = 8000; // the longest step at rest under lights: steps double, and are at least twice as long as completing
+const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest under lights; times completing, at least
 const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
 const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced ones are worth their memory
 
@@ -227,7 +227,7 @@ export class Schedule {
     const { height, width } = this.#size, [first, longest] = STEPS_MS;
     if (this.isLit) {
       if (this.#scale !== this.#litScale) this.#begin(this.#litScale, "light");
-      return this.#step = Math.min(Math.max(2 * this.#step, 2 * this.#completing, first), LIT_STEP_MS);
+      return this.#step = Math.min(Math.max(2 * this.#step, LIT_STEPS.share * this.#completing, first), LIT_STEPS.longest);
     }
     const all = 1000 * height * width / (this.#restingRays || this.raysPerSecond);
     const refining = all > LONG_MS ? SHARE_REFINED * all - this.#spent : 0;
