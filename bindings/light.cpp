@@ -15,9 +15,9 @@
 #include "bindings.h"
 #include "light/edges.h"
 #include "light/light_history.h"
-#include "light/light_pace.h"
+#include "frame/light_pace.h"
 #include "light/lighting.h"
-#include "light/moving_light.h"
+#include "frame/moving_light.h"
 #include "light/studio.h"
 
 using namespace nb::literals;

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "light/light_pace.h"
-#include "light/moving_light.h"
+#include "frame/light_pace.h"
+#include "frame/moving_light.h"
 #include "light/studio.h"
 #include "wasm.h"
 

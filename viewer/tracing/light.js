@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The light of a scene under a moving camera, as core/light/moving_light.h: the studio around the scene, and a ground that
+ * The light of a scene under a moving camera, as core/frame/moving_light.h: the studio around the scene, and a ground that
  * shows its shadows. Only modules with lights have it.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera

@@ -1,4 +1,4 @@
-#include "light/moving_light.h"
+#include "frame/moving_light.h"
 
 #include <algorithm>
 
