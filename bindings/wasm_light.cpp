@@ -47,7 +47,7 @@ EXPORT(move_light) bool move_light(PageLight* light, const float* camera, std::i
         return true;
     });
 }
-/// From now on, each pixel gets this camera's own paths.
+/// The camera rests: each pixel waits for paths from this camera.
 EXPORT(rest_light) bool rest_light(PageLight* light) {
     return attempt([&] {
         light->moving.rest();
@@ -97,7 +97,7 @@ EXPORT(add_light) bool add_light(PageLight* light, const Wanted* wanted, std::si
         return true;
     });
 }
-/// Number of pixels that wait for their own paths.
+/// Number of pixels without paths from this camera.
 EXPORT(light_left) double light_left(const PageLight* light) { return static_cast<double>(light->moving.left()); }
 
 /// Writes the completed picture: (4, height, width), linear RGB times coverage, and coverage.

@@ -15,9 +15,9 @@
 
 namespace bob {
 
-/// Each picture finds the first hits of all pixels, reprojects earlier paths to them, gets new paths where they are missing, noisy or
-/// old, and is completed along its surfaces. At rest, all pixels get this camera's paths; then the picture is that of a
-/// still camera, however the camera came there.
+/// Each picture finds the first hits of all pixels, reprojects earlier paths to them, traces new paths where these are missing, noisy or
+/// old, and is completed along its surfaces. At rest, every pixel gets paths from this camera. The last picture does not depend on
+/// earlier cameras.
 class MovingLight {
 public:
     /// Paths of a pixel each time it is traced in motion.
@@ -31,7 +31,7 @@ public:
     /// Turns to a camera and a size, whose first hits are found.
     void move(const Camera& camera, int height, int width);
 
-    /// The camera rests: each pixel is to get `paths` of its own.
+    /// The camera rests: each pixel waits for paths from this camera.
     void rest();
 
     /// A pixel, and the number of paths that it had from this camera.
@@ -39,18 +39,18 @@ public:
         Pixel pixel;
         std::uint32_t drawn;
     };
-    /// The pixels to trace next, at most `count`. At rest, only those without paths of their own.
+    /// The pixels to trace next, at most `count`; at rest, only those that wait.
     [[nodiscard]] std::vector<Wanted> next(std::size_t count);
 
     /// Of a camera's paths.
     [[nodiscard]] std::uint64_t seed() const { return is_at_rest_ ? seed_ : seed_ + moves_; }
 
-    /// Traces paths through pixels of a picture; what they bring is for `add`, here or in another module.
+    /// Traces paths through pixels of a picture; their light is passed to `add`, possibly in another module.
     static void trace(const Lighting& lighting, const Camera& camera, int height, int width, std::span<const Wanted> wanted, std::uint32_t paths,
                       std::uint64_t seed, LightHistory::Traced* traced);
     void add(std::span<const Wanted> wanted, std::span<const LightHistory::Traced> traced);
 
-    /// Number of pixels that wait for paths of their own.
+    /// Number of pixels without paths from this camera.
     [[nodiscard]] std::size_t left() const { return left_; }
 
     /// Writes the picture, completed along first hits: color (3, height, width), linear RGB times coverage, and alpha (height, width),

@@ -35,7 +35,7 @@ export class Light {
     this.#core.made("move_light", this.#handle, cameraValues(camera), height, width);
   }
 
-  /** From now on, each pixel gets paths of its own. */
+  /** The camera rests: each pixel waits for paths from this camera. */
   rest() {
     this.#core.made("rest_light", this.#handle);
   }
@@ -65,7 +65,7 @@ export class Light {
     return this.#core.call("light_paths");
   }
 
-  /** Number of pixels that wait for paths of their own. */
+  /** Number of pixels without paths from this camera. */
   get left() {
     return this.#core.call("light_left", this.#handle);
   }

@@ -227,7 +227,7 @@ export class Schedule {
     const { height, width } = this.#size, [first, longest] = STEPS_MS;
     if (this.isLit) {
       if (this.#scale !== this.#litScale) this.#begin(this.#litScale, "light");
-      return this.#step = Math.min(Math.max(2 * this.#step, LIT_STEPS.share * this.#completing, first), LIT_STEPS.longest);
+      return this.#step = Math.min(Math.max(2 * this.#step, LIT_STEPS.share * this.#completing, first), this.isShared ? longest : LIT_STEPS.longest);
     }
     const all = 1000 * height * width / (this.#restingRays || this.raysPerSecond);
     const refining = all > LONG_MS ? SHARE_REFINED * all - this.#spent : 0;

@@ -159,8 +159,8 @@ def lighting(
     level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
     in_core = _core.Lights(
         [light.core() for light in lights if isinstance(light, Light)],
-        top,  # type: ignore[arg-type]
-        bottom,  # type: ignore[arg-type]
+        top,
+        bottom,
         environment,
         math.radians(sky.turn),
         level,

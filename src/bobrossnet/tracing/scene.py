@@ -51,7 +51,7 @@ from bobrossnet.tracing.parts import (
 )
 from bobrossnet.tracing.section import Section, SectionLike, check_sections
 
-MAX_INSTANCES = 100_000
+MAX_INSTANCES = _core.MAX_INSTANCES
 """Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
 
 
