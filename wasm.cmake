@@ -1,6 +1,6 @@
 # The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
-# relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, and with the networks alone,
-# viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
+# relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, with lights, viewer/core*.light*.wasm, and with the
+# networks alone, viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
 # `ziglang`; without that wheel, the package is built without them.
 #
 # The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
@@ -26,6 +26,11 @@ set(fast_sources
   core/base/color.cpp
   core/files/binary.cpp
   core/files/welding.cpp
+  core/completion/guided.cpp
+  core/completion/guided_surfaces.cpp
+  core/light/edges.cpp
+  core/light/light_history.cpp
+  core/light/lighting.cpp
   core/formula/graph.cpp
   core/formula/mesh_distance.cpp
   core/formula/tape.cpp
@@ -98,7 +103,7 @@ compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -
 foreach(name cxa_exception cxa_personality)
   compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
 endforeach()
-foreach(part completion tracing)
+foreach(part completion tracing light)
   foreach(source ${${part}_sources})
     wasm_name(name ${source})
     set(further_flags ${small_flags})
@@ -123,6 +128,7 @@ compile_wasm(runtime_of_threads wasm_threads ${PROJECT_SOURCE_DIR}/bindings/wasm
 compile_wasm(completion_objects wasm_completion ${PROJECT_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${PROJECT_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
 compile_wasm(files_objects wasm_files ${PROJECT_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
+compile_wasm(light_objects wasm_light ${PROJECT_SOURCE_DIR}/bindings/wasm_light.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
@@ -140,20 +146,26 @@ function(link_wasm name)
   set(wasm_modules ${wasm_modules} ${module} PARENT_SCOPE)
 endfunction()
 
-set(completion_of_one ${completion_objects} ${one_thread})
-link_wasm(complete ${completion_of_one} ${completion_simd128})
-link_wasm(complete.relaxed ${completion_of_one} ${completion_relaxed})
-# The linker leaves unused code out: core.mesh has no shapes except meshes, and only core.mesh reads files of meshes.
-link_wasm(core.mesh ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${files_objects})
-link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${files_objects})
-link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
-link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
+set(of_one ${completion_objects} ${one_thread})
+link_wasm(complete ${of_one} ${completion_simd128})
+link_wasm(complete.relaxed ${of_one} ${completion_relaxed})
+# Links the core to NAME, NAME.mesh, and the same with lights, for instructions of SET. The linker leaves unused code out: core.mesh
+# has no shapes except meshes, and only core.mesh reads files of meshes.
+macro(link_cores name set)
+  set(core ${completion_${set}} ${tracing_objects} ${tracing_${set}})
+  set(light ${light_objects} ${light_${set}})
+  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects})
+  link_wasm(core.mesh${name} ${ARGN} ${core} ${files_objects})
+  link_wasm(core.light${name} ${ARGN} ${core} ${shapes_objects} ${light})
+  link_wasm(core.mesh.light${name} ${ARGN} ${core} ${files_objects} ${light})
+endmacro()
+link_cores("" simd128 ${of_one})
+link_cores(.relaxed relaxed ${of_one})
 
 # Memory is as viewer/core/core.js makes it; what replaces the library's own comes before whoever asks for it.
 set(link_flags -Wl,--shared-memory -Wl,--import-memory
   -Wl,--initial-memory=33554432 -Wl,--max-memory=4294901760 -Wl,--export=__stack_pointer)
 list(INSERT runtime 1 ${runtime_of_threads})
-link_wasm(core.mesh.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${files_objects})
-link_wasm(core.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
+link_cores(.threads.relaxed relaxed ${threads} ${completion_objects})
 add_custom_target(wasm ALL DEPENDS ${wasm_modules})
 install(FILES ${wasm_modules} DESTINATION ${viewer})

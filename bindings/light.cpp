@@ -16,7 +16,10 @@
 #include "bindings.h"
 #include "light/edges.h"
 #include "light/light_history.h"
+#include "frame/light_pace.h"
 #include "light/lighting.h"
+#include "frame/moving_light.h"
+#include "light/studio.h"
 
 using namespace nb::literals;
 
@@ -146,6 +149,21 @@ void bind_light(nb::module_& m) {
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
           "color"_a.noconvert(), "alpha"_a.noconvert(),
           "Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10).");
+    const auto discs = [] {
+        nb::list all;
+        for (const bob::StudioLight& light : bob::studio_lights) all.append(nb::make_tuple(light.azimuth, light.elevation, light.angle, light.color, light.intensity));
+        return all;
+    };
+    m.attr("STUDIO_LIGHTS") = discs();
+    m.attr("STUDIO_SKY") = nb::make_tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity);
+    m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
+    m.attr("EDGE_RAYS") = nb::make_tuple(bob::MovingLight::edge_rays, bob::MovingLight::moving_edge_rays);
+    nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")
+        .def(nb::init<>())
+        .def("pixels", &bob::LightPace::pixels, "total"_a, "left"_a,
+             "For a picture of so many pixels, and the time left after its first hits.")
+        .def("traced", &bob::LightPace::traced, "pixels"_a, "time"_a)
+        .def("completed", &bob::LightPace::completed, "time"_a);
     nb::class_<bob::LightHistory>(m, "LightHistory",
         "Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W).")
         .def("__init__", [](bob::LightHistory* self, int height, int width) {
@@ -156,7 +174,7 @@ void bind_light(nb::module_& m) {
         .def("__len__", &bob::LightHistory::size)
         .def("move", [](bob::LightHistory& self, const bob::Camera& camera, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
             const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
-            without_gil([&] { self.move(camera, surfaces); });
+            without_gil([&] { self.move(camera, self.height(), self.width(), surfaces); });
         }, "camera"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "Reprojects all samples for another camera.")
         .def("trace", &trace_into, "lighting"_a, "camera"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "at_rest"_a,
              "guides"_a.noconvert(), "ground"_a.noconvert().none(),

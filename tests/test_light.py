@@ -9,6 +9,7 @@ from PIL import Image
 from thread_counts import with_threads
 
 import bobrossnet as bob
+from bobrossnet import _core
 from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
 from bobrossnet.picture.environment import read_hdr
@@ -539,6 +540,18 @@ def test_views_under_the_headlight_are_as_they_were():
     assert np.array_equal(with_light.image, bob.View(bob.happy_tree(), size=SIZE).frame(fraction=0.1).image)
     with pytest.raises(bob.InputError, match="light: expected none with a tracer"):
         bob.View(tracer=lambda camera, pixels: None, light="studio")
+
+
+def test_a_frame_traces_as_many_pixels_as_its_time_allows():
+    pace = _core.LightPace()
+    assert pace.pixels(1000, 5.0) == 5  # at least .5 %
+    pace.traced(100, 1.0)
+    pace.completed(2.0)
+    assert pace.pixels(1000, 5.0) == 300
+    assert pace.pixels(100, 5.0) == 100
+    assert pace.pixels(1000, 1.0) == 5
+    pace.traced(1, 0.3)  # a call of few pixels, which costs more than their paths
+    assert pace.pixels(1000, 5.0) == 213
 
 
 # ---- Doors -----------------------------------------------------------------------------------------------

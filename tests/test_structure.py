@@ -25,7 +25,7 @@ CORE = {
     "light": {"base", "picture", "shapes", "tracing"},
     "drawing": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
-    "frame": {"picture"},
+    "frame": {"completion", "light", "picture"},
 }
 PYTHON = {
     "support": set(),

@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,23 @@ async (azimuth) => {
   document.removeEventListener("progress", seen, true);
   const { width, height } = document.querySelector("#picture").shadowRoot.querySelector("canvas");
   return { exact, smoothed: performance.now() - begin, pictures, width, height };
+}
+"""
+
+# Milliseconds until the first picture of another camera, and until the last.
+LIT = """
+async (azimuth) => {
+  await measured();
+  const begin = performance.now();
+  const shown = new Promise((resolve) => document.addEventListener("progress", resolve, { once: true, capture: true }));
+  bobrossnet.look({ azimuth });
+  await shown;
+  const first = performance.now() - begin;
+  await measured();
+  await bobrossnet.converged();
+  const last = performance.now() - begin;
+  await measured();
+  return [first, last];
 }
 """
 
@@ -260,6 +278,40 @@ def at_rest(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> No
     )
 
 
+def in_light(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
+    heading(f"From a new camera on, {WIDTH}x{HEIGHT}: elapsed ms, and in brackets the workers' own; medians of {runs}")
+    rows = []
+    for file, name in scenes.items():
+        for light in ("headlight", "studio"):
+            page, spent = browser.new_context().new_page(), []
+            page.expose_function("measured", lambda own=spent: own.append(worker_milliseconds()))
+            page.goto(f"{url}{SIZE}&scene={file}&light={light}")
+            page.evaluate("() => bobrossnet.started.then(() => bobrossnet.converged())")
+            found = []
+            for i in range(1 + runs):
+                spent.clear()
+                elapsed = page.evaluate(LIT, 40 + 10 * i)
+                found.append([*elapsed, *(own - spent[0] for own in spent[1:])])
+            first, last, own_first, own_last = (statistics.median(times) for times in zip(*found[1:], strict=True))
+            rows.append((name, light, f"{first:.0f} ({own_first:.0f})", f"{last:.0f} ({own_last:.0f})"))
+            page.context.close()
+    table(("scene", "light", "first picture", "last picture"), rows)
+
+
+def worker_milliseconds() -> float:
+    """Return processor milliseconds of all workers of this process's browser."""
+    parents = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            parents[int(path.parent.name)] = int(path.read_text("utf-8").rpartition(")")[2].split()[1])
+
+    def is_own(process: int) -> bool:
+        return process == os.getpid() or (process in parents and is_own(parents[process]))
+
+    own = {process for process in parents if is_own(process)}
+    return sum(spent for process in own for spent in thread_milliseconds(f"{process}").values())
+
+
 def whole(page: Page, file: str) -> float:
     """Return the milliseconds to trace all pixels of the page's picture at once."""
     size = page.evaluate("() => bobrossnet.schedule.size")
@@ -320,10 +372,10 @@ def in_bands(browser: Browser, server: Server) -> None:
     page.context.close()
 
 
-def thread_milliseconds() -> dict[int, float]:
+def thread_milliseconds(processes: str = "[0-9]*") -> dict[int, float]:
     """Return processor milliseconds by thread of all browsers' workers."""
     found = {}
-    for path in Path("/proc").glob("[0-9]*/task/[0-9]*"):
+    for path in Path("/proc").glob(f"{processes}/task/[0-9]*"):
         try:
             if (path / "comm").read_text("utf-8").startswith("DedicatedWorker"):
                 found[int(path.name)] = int((path / "schedstat").read_text("utf-8").split()[0]) / 1e6
@@ -502,7 +554,7 @@ def draw(curves: dict[str, NDArray[np.float64]], figure: Path) -> None:
     drawing.savefig(figure, dpi=110)
 
 
-PARTS = ("orbiting", "first", "rest", "windows", "bands", "large", "rival", "memory")
+PARTS = ("orbiting", "first", "rest", "light", "windows", "bands", "large", "rival", "memory")
 
 
 def main() -> None:
@@ -541,6 +593,8 @@ def main() -> None:
             first_pictures(browser, server.url, further | scenes, arguments.runs)
         if "rest" in parts:
             at_rest(browser, server.url, chosen, arguments.runs)
+        if "light" in parts:
+            in_light(browser, server.url, chosen, arguments.runs)
         if "windows" in parts:
             in_windows(browser, server.url, chosen, server.files)
         if "bands" in parts:

@@ -68,8 +68,12 @@ void LightHistory::merge(Sample& sample, const Sample& other) {
     sample.paths = sum, sample.age = std::min(sample.age, other.age);
 }
 
-void LightHistory::move(const Camera& camera, const SeenSurfaces& surfaces) {
-    camera_ = camera;
+void LightHistory::age() {
+    for (Sample& sample : samples_) sample.is_reprojected = true;
+}
+
+void LightHistory::move(const Camera& camera, int height, int width, const SeenSurfaces& surfaces) {
+    camera_ = camera, height_ = height, width_ = width;
     const Projection projection(camera, height_, width_);
     parallel_for(samples_.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
@@ -93,7 +97,7 @@ void LightHistory::move(const Camera& camera, const SeenSurfaces& surfaces) {
             sample.paths = std::min(kept_paths * sample.paths, most_paths), sample.age = static_cast<std::uint16_t>(std::min(sample.age + 1, 60000)), sample.is_reprojected = true;
         }
     });
-    std::ranges::fill(at_, -1);
+    at_.assign(pixels(), -1);
     std::size_t kept = 0;
     for (std::size_t n = 0; n < samples_.size(); ++n) {
         if (samples_[n].pixel < 0) continue;

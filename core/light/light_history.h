@@ -35,8 +35,11 @@ public:
         std::uint32_t paths;
     };
 
-    /// Moves all samples to the pixels of another camera.
-    void move(const Camera& camera, const SeenSurfaces& surfaces);
+    /// Moves all samples to the pixels of another camera, and of a picture of another size.
+    void move(const Camera& camera, int height, int width, const SeenSurfaces& surfaces);
+
+    /// Takes all samples for reprojected ones: a camera at rest replaces them by its own.
+    void age();
 
     /// Adds paths to the samples at pixels. With a camera at rest, a pixel's first paths replace its reprojected sample.
     void add(std::span<const Pixel> pixels, std::span<const Traced> traced, bool at_rest, const SeenSurfaces& surfaces);

@@ -24,6 +24,7 @@
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `exposure` | factor of the light, 1 by default |
+ * | `light` | "studio": a soft key light from the upper left, and shadows on a ground; by default a headlight |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `samples` | maximum number of rays in a pixel at an edge, at rest, as in bobrossnet.render: 4, or 1 for unsmoothed edges |
  * | `workers` | number of tracing threads; by default the number of processors |
@@ -64,6 +65,7 @@ import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } fro
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
 const SAMPLES = 4;
+const LIGHTS = ["headlight", "studio"];
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
@@ -72,7 +74,7 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 /** Attributes with properties of the same names. */
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
-  "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "samples", "workers",
+  "rotation-per-second", "interaction-prompt", "background", "exposure", "light", "picture-size", "samples", "workers",
   "loading", "base",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
@@ -157,6 +159,7 @@ class BobViewElement extends Parent {
       failed: (message) => this.#fail(message),
     });
     this.#viewing.schedule.side = this.#side;
+    this.#viewing.light(this.#isLit);
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
     this.#resize();
@@ -221,6 +224,9 @@ class BobViewElement extends Parent {
       const exposure = Number(value ?? 1);
       if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
       else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
+    } else if (name === "light") {
+      this.#viewing?.light(this.#isLit);
+      if (value !== null && !LIGHTS.includes(value)) this.#fail(`light: expected ${LIGHTS.join(" or ")}, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
       this.show({ isTransparent: value !== null });
@@ -491,6 +497,10 @@ class BobViewElement extends Parent {
   get #side() {
     const samples = Number(this.getAttribute("samples") ?? SAMPLES);
     return samples >= 1 ? Math.min(8, Math.floor(Math.sqrt(samples))) : Math.sqrt(SAMPLES);
+  }
+
+  get #isLit() {
+    return this.getAttribute("light") === "studio";
   }
 
   /** The size of the picture at rest: device pixels. */

@@ -25,7 +25,7 @@ import { Statistics } from "./statistics.js";
 const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
 
 /** The smallest module for a file; a single file for meshes has no other. @param {string} name @returns {CoreName} */
-const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
+const coreFor = (name) => (MESHES.test(name) || !(isThere("core.wasm") || isThere("core.light.wasm")) ? "core.mesh" : "core");
 
 /**
  * A scene that was opened, or will be.
@@ -45,6 +45,10 @@ export class Viewing {
   schedule;
   /** The module that supports its scenes. @type {CoreName} */
   core = "core.mesh";
+  /** Whether lights replace the headlight. */
+  get isLit() {
+    return this.schedule.isLit;
+  }
   /** When the user moved it, until its picture is exact: it comes first. */
   movedAt = -Infinity;
   isSeen = false;
@@ -281,6 +285,7 @@ export class Viewing {
   #replace(core, open, prepare) {
     this.#coming?.resolve(null);
     this.hasPicture = false;
+    this.schedule.relight();
     if (core === "core") this.core = core;
     this.isBroken = false;
     return new Promise((resolve, reject) => {
@@ -301,6 +306,14 @@ export class Viewing {
     if (isMoved) this.movedAt = performance.now();
     this.schedule.change(what);
     this.#ask();
+  }
+
+  /** Replaces the headlight by the studio, set up for the current camera, or the reverse. @param {boolean} isLit */
+  light(isLit) {
+    if (isLit === this.isLit) return;
+    this.schedule.isLit = isLit;
+    this.schedule.relight();
+    this.change({});
   }
 
   /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */

@@ -17,7 +17,10 @@ function render({ model, el }) {
   view.toggleAttribute("camera-controls", true);
   Object.assign(view.style, { width: `${width}px`, maxWidth: "100%", height: "auto", aspectRatio: `${width} / ${height}` });
   el.dataset.lmSuppressShortcuts = "true"; // otherwise JupyterLab's keys move from cell to cell
-  const show = () => view.setAttribute("background", model.get("background"));
+  const show = () => {
+    view.setAttribute("background", model.get("background"));
+    view.setAttribute("light", model.get("light"));
+  };
   const look = () => (view.camera = model.get("camera"));
   const open = async () => {
     const stream = new Blob([model.get("scene")]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -32,7 +35,7 @@ function render({ model, el }) {
       model.save_changes();
     }, SENDING_MS);
   });
-  const listeners = { "change:camera": look, "change:background": show, "change:scene": open };
+  const listeners = { "change:camera": look, "change:background": show, "change:light": show, "change:scene": open };
   for (const [event, listener] of Object.entries(listeners)) model.on(event, listener);
   show();
   look();

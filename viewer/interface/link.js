@@ -4,8 +4,8 @@ import { FIELDS, valid } from "../picture/camera.js";
 
 /**
  * @typedef {import("../picture/camera.js").Camera} Camera
- * @typedef {{gallery?: string, script?: string, camera?: Camera}} State
- *   gallery: the file of a built-in scene; script: the text of any other scene
+ * @typedef {{gallery?: string, script?: string, camera?: Camera, light?: string}} State
+ *   gallery: the file of a built-in scene; script: the text of any other scene; light: if it is not the headlight
  */
 
 /** Maximum bytes of a script, as in the core. A link of 1 MB may unpack to a thousand times its size. */
@@ -15,7 +15,7 @@ const MOST_BYTES = 1 << 20;
 const through = (bytes, stream) => new Blob([bytes]).stream().pipeThrough(stream);
 
 /** @param {State & {camera: Camera}} state @returns {Promise<string>} a fragment, starting with "#" */
-export async function toFragment({ gallery, script, camera }) {
+export async function toFragment({ gallery, script, camera, light }) {
   const values = new URLSearchParams();
   if (gallery) values.set("scene", gallery);
   if (script !== undefined) {
@@ -25,6 +25,7 @@ export async function toFragment({ gallery, script, camera }) {
     values.set("script", text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", ""));
   }
   values.set("camera", FIELDS.map((name) => Number(camera[name].toPrecision(6))).join("_"));
+  if (light) values.set("light", light);
   return `#${values}`;
 }
 
@@ -38,9 +39,9 @@ export async function fromFragment(fragment) {
   const numbers = (values.get("camera") ?? "").split("_").map(Number);
   const given = FIELDS.map((name, i) => [name, numbers[i]]);
   const camera = numbers.length === FIELDS.length && numbers.every(Number.isFinite) ? valid(Object.fromEntries(given)) : undefined;
-  const packed = values.get("script");
-  if (packed === null) return { gallery: values.get("scene") ?? undefined, camera };
-  return { script: await unpacked(packed), camera };
+  const packed = values.get("script"), light = values.get("light") ?? undefined;
+  if (packed === null) return { gallery: values.get("scene") ?? undefined, camera, light };
+  return { script: await unpacked(packed), camera, light };
 }
 
 /** @param {string} packed @returns {Promise<string>} the script */

@@ -3,8 +3,9 @@
  * The page: its elements, and their connection to its state. Nothing here blocks; workers do all long work.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's
- * size in pixels, `?samples=1` leaves edges unsmoothed, and `?workers=1` is the number of tracing threads. The body may set the field of view and background of
- * all pictures by `data-field-of-view` and `data-background`, in the notation of <bob-view>.
+ * size in pixels, `?samples=1` leaves edges unsmoothed, `?light=studio` is the light, and `?workers=1` is the number of
+ * tracing threads. The body may set the field of view, light and background of all pictures by `data-field-of-view`,
+ * `data-light` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
 import { addressOf, fileName } from "../core/addresses.js";
@@ -12,6 +13,7 @@ import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE } from "../picture/camera.js";
 import { Editor } from "./editor.js";
 import { Kept } from "./kept.js";
+import { LightControl } from "./lighting.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised } from "./opening.js";
 import { createState } from "./state.js";
@@ -42,7 +44,7 @@ const state = createState(), kept = new Kept();
 
 const picture = new BobView();
 picture.id = "picture";
-const { fieldOfView, background } = document.body.dataset;
+const { fieldOfView, background, light = "headlight" } = document.body.dataset;
 for (const [name, value] of Object.entries({
   "picture-size": query.get("size"), samples: query.get("samples"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
 })) if (value) picture.setAttribute(name, value);
@@ -75,6 +77,11 @@ function show() {
   line.hidden = divider.hidden = state.mode !== "split";
   picture.show({ mode: state.mode, divider: placeDivider() });
 }
+
+const lighting = new LightControl(picture, element("light", HTMLSelectElement), stage,
+                                  ["difference", "uncertain"].map((mode) => /** @type {HTMLInputElement} */ (document.querySelector(`input[value=${mode}]`))));
+const usualLight = query.get("light") ?? light;
+lighting.light = usualLight;
 
 /** Aligns the dividing line with the centre of the slider's thumb. @returns {number} its place, 0..1 of the picture's width */
 function placeDivider() {
@@ -250,7 +257,8 @@ save.addEventListener("click", async () => {
 /** A link to this page with its scene and camera. */
 async function link() {
   const { gallery, script } = state.scene;
-  const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: picture.camera });
+  const light = lighting.light === "headlight" ? undefined : lighting.light;
+  const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: picture.camera, light });
   return new URL(fragment, location.href).href;
 }
 
@@ -277,6 +285,7 @@ async function follow() {
   const { hash } = location, linked = await fromFragment(hash);
   if (hash !== location.hash) return true; // another link is followed meanwhile
   if (linked.camera) look(linked.camera);
+  lighting.light = linked.light ?? usualLight;
   if (linked.script !== undefined) {
     editor.script = linked.script;
     await opening.script(linked.script);

@@ -5,7 +5,7 @@ import { COLORED, GBUFFER, placeOf } from "./channels.js";
 /** @typedef {"completed" | "traced" | "split" | "difference" | "uncertain"} Mode */
 
 /** Green for untraced pixels, different from every gray; as in bobrossnet/picture/files.py. */
-const UNTRACED = pack(0, 150, 70);
+export const UNTRACED = pack(0, 150, 70);
 
 /** Magnification of errors. */
 export const ERROR_GAIN = 4;
@@ -14,7 +14,7 @@ export const ERROR_GAIN = 4;
  * @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} in ImageData's format,
  *   little-endian
  */
-function pack(red, green, blue) {
+export function pack(red, green, blue) {
   return (0xff000000 | blue << 16 | green << 8 | red) >>> 0;
 }
 
@@ -36,12 +36,12 @@ const tableOf = (exposure) => Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_
 let exposed = 1, SRGB = tableOf(exposed);
 
 /** Sets the factor of the values to encode. @param {number} exposure */
-function expose(exposure) {
+export function expose(exposure) {
   if (exposure !== exposed) SRGB = tableOf(exposed = exposure);
 }
 
 /** @param {number} value linear, 0..1, or slightly more by rounding */
-const encode = (value) => SRGB[Math.max(0, Math.min(2 ** 14, Math.round(2 ** 14 * value)))];
+export const encode = (value) => SRGB[Math.max(0, Math.min(2 ** 14, Math.round(2 ** 14 * value)))];
 
 /** The pixel of a gray value. @param {number} gray linear, 0..1 */
 const shade = (gray) => (0xff000000 | encode(gray) * 0x010101) >>> 0;
@@ -119,7 +119,7 @@ export function paint(look, painted) {
 }
 
 /** Columns of a picture that show traced pixels alone. @param {Mode} mode @param {number} divider @param {number} width */
-const borderOf = (mode, divider, width) => (mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0);
+export const borderOf = (mode, divider, width) => (mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0);
 
 /** Shows the differences of two pictures. @param {Float32Array} first @param {Float32Array} image @param {Uint32Array} pixels */
 function differ(first, image, pixels) {

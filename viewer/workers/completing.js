@@ -16,6 +16,7 @@
  * @typedef {import("./tracer.js").Samples} Samples
  * @typedef {import("./tracer.js").Strips} Strips
  * @typedef {import("./tracer.js").Means} Means
+ * @typedef {import("./lit.js").Lit} Lit
  * @typedef {import("./bands.js").Help} Help
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean, exposure?: number}} Showing
@@ -47,6 +48,7 @@ import { Core } from "../core/core.js";
 import { COLORED, GBUFFER } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { enlarged, enlargedGray, paint, paintMeans, paintRest, paintStrip } from "../picture/paint.js";
+import { paintLight } from "../picture/paint_light.js";
 import { Helpers } from "./bands.js";
 
 const WARM_UPS = 3;
@@ -82,6 +84,8 @@ let view;
  * @type {Rest | undefined}
  */
 let rest;
+/** The picture with lights, if it is shown; the tracer completed it. @type {Lit | undefined} */
+let lit;
 /** @type {Picture | undefined} */
 let picture;
 /** @type {Showing} */
@@ -115,7 +119,7 @@ async function completerOf(core, weights) {
 }
 
 /** Whether there is a newer batch. @param {Batch} batch */
-const isOld = (batch) => Math.max(view?.batch.id ?? 0, rest?.batch.id ?? 0) > batch.id;
+const isOld = (batch) => Math.max(view?.batch.id ?? 0, rest?.batch.id ?? 0, lit?.batch.id ?? 0) > batch.id;
 
 /** The G-buffer that a view is completed from. @param {View} view */
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
@@ -170,6 +174,7 @@ async function gather(part, tracer) {
   const isShared = isNew ? helpers.areWorth(part) : view?.isShared === true;
   if (isShared) helpers.share(part);
   endRest();
+  lit = undefined;
   const current = taken(parts, part, isShared);
   if (expected) tracer.postMessage(expected, [expected.buffer]);
 
@@ -231,6 +236,7 @@ async function gatherRest(part) {
   const { batch, isColored } = part, { height, width } = batch;
   if (isOld(batch)) return;
   const parts = await starting, begun = performance.now();
+  lit = undefined;
   if (rest?.batch.view !== batch.view) rest = await beginRest(parts, batch, isColored);
   const current = rest, { gbuffer, image } = current;
   current.batch = batch;
@@ -252,6 +258,30 @@ async function gatherRest(part) {
     total: performance.now() - begun, backend: "wasm", model, wanted: model, error: current.error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
+}
+
+/** @param {Lit} part @param {MessagePort} tracer that sent it */
+async function gatherLight(part, tracer) {
+  const { batch, traced, isLast, milliseconds } = part;
+  if (isOld(batch)) return;
+  const { standIn } = await starting, begun = performance.now();
+  if (lit) tracer.postMessage({ lit: lit.planes }, [lit.planes.buffer]);
+  endRest();
+  view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
+  view = undefined;
+  lit = part;
+  picture = {
+    batch, bitmap: await lightPainted(part), expected: NaN, traced, isSmoothed: isLast, completing: milliseconds,
+    total: milliseconds + performance.now() - begun, backend: "wasm", model: standIn, wanted: standIn, error: NaN,
+  };
+  reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
+}
+
+/** @param {Lit} lit */
+function lightPainted({ batch: { height, width }, planes, mask }) {
+  const image = new ImageData(width, height);
+  paintLight(showing, planes, mask, image);
+  return createImageBitmap(image);
 }
 
 /** @param {Rest} rest */
@@ -293,8 +323,9 @@ function meanDifference(a, b) {
 async function answer(request) {
   if (request.kind === "connect") {
     const { tracer } = request;
-    /** @param {MessageEvent<Samples | Strips | Means>} event */
-    tracer.onmessage = ({ data }) => inTurn(() => (data.kind === "samples" ? gather(data, tracer) : gatherRest(data)));
+    /** @param {MessageEvent<Samples | Strips | Means | Lit>} event */
+    tracer.onmessage = ({ data }) => inTurn(() => (
+      data.kind === "samples" ? gather(data, tracer) : data.kind === "lit" ? gatherLight(data, tracer) : gatherRest(data)));
   } else if (request.kind === "help") {
     const { leader } = request;
     /** @param {MessageEvent<Help>} event */
@@ -312,8 +343,9 @@ async function answer(request) {
     completers.set(request.name, await completerOf(core, request.weights));
   } else if (request.kind === "show") {
     showing = request;
-    if (!picture || !(rest || view?.completed)) return;
-    picture = { ...picture, ...rest ? { bitmap: await restPainted(rest), expected: NaN } : await painted(/** @type {View} */ (view)) };
+    if (!picture || !(lit || rest || view?.completed)) return;
+    const bitmap = lit ? await lightPainted(lit) : rest ? await restPainted(rest) : null;
+    picture = { ...picture, ...bitmap ? { bitmap, expected: NaN } : await painted(/** @type {View} */ (view)) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
     if (rest?.gbuffer && rest.rows === rest.gbuffer.height) {

@@ -13,6 +13,7 @@
  * @property {number} id
  * @property {number} workers number of tracing threads
  * @property {CoreName} core supports its scenes
+ * @property {boolean} isLit whether lights replace its headlight
  * @property {import("./schedule.js").Schedule} schedule of its pictures
  * @property {number} movedAt when the user moved it, until its picture is exact; else -Infinity
  * @property {boolean} isMoved whether movedAt is finite
@@ -29,6 +30,7 @@
  * @property {(message: string) => void} fail
  */
 import { canLendThreads, compileCore } from "../core/compile.js";
+import { isThere } from "../core/parts.js";
 import { Completers } from "./completers.js";
 import { Pool } from "./pool.js";
 import { Reading } from "./reading.js";
@@ -48,14 +50,24 @@ const MOST_PIXELS = 1e6; // of pictures whose memory a completing worker may kee
  */
 const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
 
-/** For all workers of a page: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
+/**
+ * The module of a core, with lights if they are wanted; a single file has the one or the other.
+ *
+ * @param {CoreName} core @param {boolean} isLit @returns {CoreName | `${CoreName}.light`}
+ */
+function moduleOf(core, isLit) {
+  const lit = /** @type {const} */ (`${core}.light`);
+  return isLit || !isThere(`${core}.wasm`) ? lit : core;
+}
+
+/** For all workers of a page: compiled once. @type {Map<string, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
 
-/** @param {CoreName} core */
-function compiledCore(core) {
-  const module = compiled.get(core) ?? compileCore(canLendThreads() ? /** @type {`${CoreName}.threads`} */ (`${core}.threads`) : core);
-  compiled.set(core, module);
-  module.catch(() => compiled.delete(core)); // for another try
+/** @param {CoreName} core @param {boolean} isLit */
+function compiledCore(core, isLit) {
+  const name = moduleOf(core, isLit), module = compiled.get(name) ?? compileCore(canLendThreads() ? /** @type {const} */ (`${name}.threads`) : name);
+  compiled.set(name, module);
+  module.catch(() => compiled.delete(name)); // for another try
   return module;
 }
 
@@ -71,6 +83,7 @@ class Crew {
   #leaving = 0;
   /** @type {CoreName} */
   #core = "core.mesh";
+  #isLit = false; // whether the core has lights
   /** @type {Completers | undefined} */
   #completers;
   #reading = new Reading();
@@ -197,12 +210,14 @@ class Crew {
 
   /** Starts the workers for a viewing, if necessary. @param {Viewing} viewing */
   #start(viewing) {
-    const isTooSmall = this.#core === "core.mesh" && [viewing, ...this.#waiting].some(({ core }) => core === "core");
+    const all = [viewing, ...this.#waiting], needsAll = all.some(({ core }) => core === "core"), needsLight = all.some(({ isLit }) => isLit);
+    const isTooSmall = (needsAll && this.#core === "core.mesh") || (needsLight && !this.#isLit);
     if (isTooSmall) {
       this.#end();
-      this.#core = "core";
+      if (needsAll) this.#core = "core";
+      this.#isLit ||= needsLight;
     }
-    this.#completers ??= new Completers(compiledCore(this.#core), NETWORKS[this.#core], (reply) => this.#receive(reply));
+    this.#completers ??= new Completers(compiledCore(this.#core, this.#isLit), NETWORKS[this.#core], (reply) => this.#receive(reply));
   }
 
   /** Ends all workers. */
@@ -222,7 +237,7 @@ class Crew {
   /** @param {number} size number of threads @returns {Pool} */
   #createPool(size) {
     const { leader } = /** @type {Completers} */ (this.#completers), isShown = () => pool === this.#pools.shown;
-    const pool = new Pool(size, compiledCore(this.#core), leader, (traced) => isShown() && this.#holder?.traced(traced),
+    const pool = new Pool(size, compiledCore(this.#core, this.#isLit), leader, (traced) => isShown() && this.#holder?.traced(traced),
                           (message) => isShown() && this.#lost(message));
     return pool;
   }
@@ -341,7 +356,7 @@ class Crew {
 
   /** @param {import("./reading.js").Source} source @param {CoreName} core that reads it @returns {import("./reading.js").ReadFile} */
   read(source, core) {
-    return this.#reading.read(source, compiledCore(core));
+    return this.#reading.read(source, compiledCore(core, this.#isLit && core === this.#core));
   }
 
   /** Sets how pictures are painted. @param {import("./completing.js").Showing} showing */

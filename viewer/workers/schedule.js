@@ -4,6 +4,9 @@
  * pixels are traced, then edges are smoothed, in few large steps: steps cost time. If all pixels take long, the picture
  * is refined before.
  *
+ * Under lights, the tracers complete pictures themselves. Moving ones are so small that first hits and completing take
+ * two thirds of their time; at rest, all pixels get light paths, and the picture is completed again after each step.
+ *
  * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. If
  * completing alone takes longer than the budget, moving pictures are smaller.
  *
@@ -20,6 +23,10 @@ const SHARE = 0.8; // share of a picture's time for tracing: with more, the page
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8]; // divisors of the size of moving pictures
 const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
 const PIXEL_MS = 1e-5; // to complete a pixel, before the first measurement
+const LIT_PIXEL_MS = 7e-4; // the same under lights, with the pixel's first hit
+const LIT_TIMES = 2; // times the budget, of a moving picture under lights
+const LIT_SHARE = 0.7; // of that time, for first hits and completing: the rest is for paths
+const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest under lights; times completing, at least
 const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
 const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced ones are worth their memory
 
@@ -35,6 +42,8 @@ export class Schedule {
   isShared = false;
   /** Side of the grid of rays in pixels at edges of a resting view; 1 leaves edges as they are. */
   side = 2;
+  /** Whether lights replace the headlight. */
+  isLit = false;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -51,6 +60,8 @@ export class Schedule {
   /** @type {Size} at rest */
   #size = { height: 480, width: 640 };
   #scales;
+  /** Azimuth of the camera that the lights are set up for: the first one of a scene. @type {number | null} */
+  #azimuth = null;
   #scale = 1; // of the view
   #movingScale = 1;
   #stale = true; // whether the view has another camera, size or scene than requested
@@ -66,6 +77,7 @@ export class Schedule {
   #phase = "some";
   #step = 0; // milliseconds of the last step at rest; 0 while the camera moves
   #spent = 0; // milliseconds for refining
+  #completing = 0; // milliseconds to complete the last picture under lights
   #restingRays = 0; // per second, when all pixels of the scene were traced last
 
   #tracing = false;
@@ -147,7 +159,7 @@ export class Schedule {
       this.raysPerSecond = 1000 * rays / milliseconds;
       if (batch.phase === "rows") this.#restingRays = this.raysPerSecond;
     } else if (this.#step > 0) {
-      this.#begin(1, "rows"); // its tracer, with what was traced, may have ended
+      this.isLit ? this.#begin(this.#litScale, "light") : this.#begin(1, "rows"); // its tracer, with what was traced, may have ended
     }
     this.next();
   }
@@ -158,15 +170,23 @@ export class Schedule {
    */
   completed({ batch, traced, total, model, isSmoothed }) {
     const pixels = batch.height * batch.width;
-    if (batch.phase === "some" && traced < pixels) {
-      this.#completed.push({ model, pixels, milliseconds: total });
+    this.#completing = total;
+    if (batch.phase === "some" && traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
+    if (batch.phase === "light" ? !batch.rests : batch.phase === "some" && traced < pixels) {
       this.#recent = [{ model, ms: total / pixels }, ...this.#recent].slice(0, RECENT);
     }
     this.#shown = batch.id;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     if (!this.isShared) this.next();
-    const exact = !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
+    const isWhole = batch.phase === "light" ? isSmoothed : traced === this.#size.height * this.#size.width;
+    const exact = !this.#stale && batch.view === this.#view && isWhole;
     return { exact, final: exact && (isSmoothed || this.side === 1) };
+  }
+
+  /** Sets the lights up for the current camera: the scene or they are new. */
+  relight() {
+    this.#azimuth = null;
+    this.#recent = [];
   }
 
   /** Whether a picture is of the current scene. @param {import("./completing.js").Picture} picture */
@@ -182,10 +202,10 @@ export class Schedule {
     if (this.#stale) {
       this.#stale = false;
       if (this.#scales) this.#movingScale = this.#chooseScale();
-      this.#begin(this.#movingScale, "some");
+      this.#begin(this.#movingScale, this.isLit ? "light" : "some");
       this.#step = this.#spent = 0;
-      // One core completes the previous picture meanwhile, except during a scene's first.
-      this.#trace(SHARE * this.budget, Math.max(1, this.#isKnown ? ready - 1 : ready));
+      // One core completes the previous picture meanwhile, except during a scene's first, and under lights.
+      this.#trace((this.isLit ? LIT_TIMES : SHARE) * this.budget, Math.max(1, this.#isKnown && !this.isLit ? ready - 1 : ready));
     } else if (this.refines && !this.#isFinal) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
@@ -198,12 +218,17 @@ export class Schedule {
 
   /** Whether nothing is left to trace of a view. */
   get #isFinal() {
+    if (this.isLit) return this.#left === 0 && this.#step > 0;
     return this.#left === 0 && this.#scale === 1 && (this.#phase === "edges" || this.side === 1);
   }
 
   /** Begins the next step at rest. @returns {number} milliseconds */
   #nextStep() {
     const { height, width } = this.#size, [first, longest] = STEPS_MS;
+    if (this.isLit) {
+      if (this.#scale !== this.#litScale) this.#begin(this.#litScale, "light");
+      return this.#step = Math.min(Math.max(2 * this.#step, LIT_STEPS.share * this.#completing, first), this.isShared ? longest : LIT_STEPS.longest);
+    }
     const all = 1000 * height * width / (this.#restingRays || this.raysPerSecond);
     const refining = all > LONG_MS ? SHARE_REFINED * all - this.#spent : 0;
     if (this.#phase === "some" && refining > this.budget && this.#left > 0) {
@@ -223,16 +248,23 @@ export class Schedule {
     return this.#step;
   }
 
+  /** Of pictures at rest under lights: larger ones would need too much memory. */
+  get #litScale() {
+    const { height, width } = this.#size;
+    return Math.max(1, Math.sqrt(height * width / MOST_REFINED));
+  }
+
   /** The minimum scale at which a network completes pictures within the budget; they grow only if that is certain. */
   #chooseScale() {
     const medians = Array.from(new Set(this.#recent.map(({ model }) => model)), (name) => {
       const times = this.#recent.filter(({ model }) => model === name).map(({ ms }) => ms).sort((a, b) => a - b);
       return times[times.length >> 1];
     });
-    const { height, width } = this.#size, fastest = medians.length > 0 ? Math.min(...medians) : PIXEL_MS;
+    const { height, width } = this.#size, fastest = medians.length > 0 ? Math.min(...medians) : this.isLit ? LIT_PIXEL_MS : PIXEL_MS;
+    const budget = this.isLit ? LIT_SHARE * LIT_TIMES * this.budget : this.budget;
     return SCALES.find((scale) => {
       const completing = fastest * height * width / scale ** 2;
-      return completing < (scale < this.#movingScale ? SMALLER : 1) * this.budget;
+      return completing < (scale < this.#movingScale ? SMALLER : 1) * budget;
     }) ?? SCALES[SCALES.length - 1];
   }
 
@@ -249,9 +281,10 @@ export class Schedule {
   /** @param {number} milliseconds for tracing @param {number} parts threads */
   #trace(milliseconds, parts) {
     this.#tracing = true;
-    const completed = this.#completed.splice(0);
+    const completed = this.#completed.splice(0), studio = this.isLit ? { azimuth: this.#azimuth ??= this.#camera.azimuth } : null;
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
+      studio, rests: this.#step > 0,
     });
   }
 }

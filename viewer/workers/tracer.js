@@ -12,14 +12,15 @@
  * @typedef {import("../picture/planner.js").Mode} Mode
  * @typedef {import("../picture/planner.js").Model} Model
  *
- * @typedef {"some" | "rows" | "edges"} Phase some: pixels in an order, which a network completes; rows: all pixels, row by
- *   row; edges: several rays in each pixel at edges
+ * @typedef {"some" | "rows" | "edges" | "light"} Phase some: pixels in an order, which a network completes; rows: all pixels,
+ *   row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[]
+ *   milliseconds: number, completed: Completed[], studio: import("../tracing/light.js").Studio | null, rests: boolean
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
- *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch
+ *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
+ *   `studio`: in the phase "light"; `rests`: whether the camera does
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
@@ -33,10 +34,11 @@
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
  *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
  *
- * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number]})} Slice
- *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end
+ * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number]})
+ *   | import("./lit.js").Paths} Slice
+ *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end; or light paths
  * @typedef {{slice: Slice, values: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
- *   (n, 5), or planes (C, rows, width) of the traced layout
+ *   (n, 5), planes (C, rows, width) of the traced layout, or light (n, 7)
  *
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
@@ -72,6 +74,7 @@ import { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder } from "../pictu
 import { FramePlanner } from "../picture/planner.js";
 import { Rows } from "../tracing/rows.js";
 import { buildScene } from "../tracing/scene.js";
+import { SceneLight, areLightPaths } from "./lit.js";
 
 const SLICE_MS = 5;
 const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
@@ -116,14 +119,17 @@ let spare;
 let history;
 /** Of the scene. @type {FramePlanner | undefined} */
 let planner;
+/** Of the scene, if it is lit. @type {SceneLight | undefined} */
+let light;
 
 /**
  * @typedef {{
- *   scene: typeof scene, edition: number, view: typeof view, resting: typeof resting, restingMs: number, history: typeof history, planner: typeof planner
+ *   scene: typeof scene, edition: number, view: typeof view, resting: typeof resting, restingMs: number, history: typeof history, planner: typeof planner,
+ *   light: typeof light
  * }} Kept what belongs to an element
  */
 /** @type {Kept} */
-const NOTHING = { scene: undefined, edition: -1, view: undefined, resting: undefined, restingMs: 0, history: undefined, planner: undefined };
+const NOTHING = { scene: undefined, edition: -1, view: undefined, resting: undefined, restingMs: 0, history: undefined, planner: undefined, light: undefined };
 let element = 0; // at work
 /** Of the other elements. @type {Map<number, Kept>} */
 const kept = new Map();
@@ -131,10 +137,11 @@ const kept = new Map();
 /** Goes on with an element. @param {number} next */
 function turnTo(next) {
   if (next === element) return;
-  kept.set(element, { scene, edition, view, resting, restingMs, history, planner });
+  if (light?.isDone) light.free(); // pictures at rest need no more of it, and it is large
+  kept.set(element, { scene, edition, view, resting, restingMs, history, planner, light });
   element = next;
   const own = kept.get(next) ?? NOTHING;
-  ({ scene, edition, view, resting, restingMs, history, planner } = own);
+  ({ scene, edition, view, resting, restingMs, history, planner, light } = own);
   kept.delete(next);
 }
 
@@ -150,6 +157,7 @@ function forget(which) {
   own?.view?.sequence.free();
   own?.history?.free();
   own?.planner?.free();
+  own?.light?.free();
   own?.scene?.free();
 }
 
@@ -181,6 +189,8 @@ async function open(request) {
   try {
     useThreads(core, threads);
     const built = buildScene(core, request.scene);
+    light?.free();
+    light = undefined;
     scene?.free();
     scene = built;
     edition = request.edition;
@@ -246,10 +256,13 @@ function beginView(scene, planner, { view: id, camera, height, width, millisecon
 function traceSlice(slice) {
   if (!scene) throw new Error("trace: expected an open scene");
   const begin = performance.now(), { camera, size } = slice;
-  const values = "rows" in slice ? scene.rows(...slice.rows, size, camera)
+  const values = areLightPaths(slice) ? lightOf(scene).trace(slice) : "rows" in slice ? scene.rows(...slice.rows, size, camera)
     : slice.side === undefined ? scene.trace(slice.pixels, size, camera) : scene.means(slice.pixels, size, camera, slice.side);
   return { slice, values, milliseconds: performance.now() - begin };
 }
+
+/** @param {import("../tracing/scene.js").Scene} scene @returns {SceneLight} */
+const lightOf = (scene) => (light ??= new SceneLight(scene));
 
 /**
  * What a batch does.
@@ -259,7 +272,7 @@ function traceSlice(slice) {
  * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
  * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
  * @property {() => number} left number of pixels
- * @property {() => {message: Samples | Strips | Means, transfer: Transferable[]}} result
+ * @property {() => {message: Samples | Strips | Means | import("./lit.js").Lit, transfer: Transferable[]}} result
  *
  * @typedef {object} Circumstances of a batch
  * @property {import("../tracing/scene.js").Scene} scene
@@ -406,7 +419,7 @@ function atEdges(circumstances) {
 }
 
 /** @type {Record<Phase, (circumstances: Circumstances) => Work>} */
-const WORKS = { some: somePixels, rows: allRows, edges: atEdges };
+const WORKS = { some: somePixels, rows: allRows, edges: atEdges, light: (circumstances) => lightOf(circumstances.scene).work(circumstances) };
 
 /** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
 async function lead({ element: own, batch, others: ports }) {
@@ -425,7 +438,8 @@ async function lead({ element: own, batch, others: ports }) {
   /** @param {TracedSlice} traced @param {number} [began] */
   const keep = (traced, began) => {
     const { slice } = traced;
-    rays += "rows" in slice ? (slice.rows[1] - slice.rows[0]) * batch.width : slice.pixels.length / 2 * (slice.side ?? 1) ** 2;
+    rays += areLightPaths(slice) ? slice.wanted.length / 3 * slice.paths
+      : "rows" in slice ? (slice.rows[1] - slice.rows[0]) * batch.width : slice.pixels.length / 2 * (slice.side ?? 1) ** 2;
     work.keep(traced, began);
   };
 
@@ -510,7 +524,10 @@ function receive({ data }) {
     start(new Core(module, memory));
   } else if (data.kind === "connect") {
     completing = data.completing;
-    completing.onmessage = ({ data: array }) => (spare = array);
+    completing.onmessage = ({ data }) => {
+      if (data.lit) light && (light.spare = data.lit);
+      else spare = data;
+    };
   } else if (data.kind === "read") {
     const { reading, element, edition } = data;
     reading.onmessage = ({ data: scene }) => open({ kind: "open", element, edition, scene });

@@ -37,6 +37,7 @@ from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory
+from bobrossnet.tracing.light import HEADLIGHT
 
 USAGE_ERROR = 2
 
@@ -161,6 +162,7 @@ def parser() -> argparse.ArgumentParser:
     add_up(view)
     add_fov(view)
     add_background(view, BLACK)
+    view.add_argument("--light", default=HEADLIGHT, help="headlight or studio (default: headlight)")
     view.add_argument(
         "--export",
         metavar="PAGE.html|DIR",
@@ -208,11 +210,11 @@ def _view(options: argparse.Namespace) -> None:
     from bobrossnet.page.server import Server
 
     limit_memory()
-    attributes(options.fov, background(options.background))  # checked before the files are read
+    attributes(options.fov, background(options.background), light=options.light)  # checked before the files are read
     files = options.files
     name = title_of(files[0]) if len(files) == 1 else "scene"
     scene = scene_of(options) if files else None
-    look = attributes(options.fov, background(options.background), as_camera(None, scene))
+    look = attributes(options.fov, background(options.background), as_camera(None, scene), options.light)
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")

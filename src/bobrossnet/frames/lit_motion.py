@@ -17,23 +17,11 @@ from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size
 from bobrossnet.tracing.light import LightLike, lights_of
-from bobrossnet.tracing.lit import EDGE_RAYS, LitTracer
+from bobrossnet.tracing.lit import EDGE_RAYS, MOVING_EDGE_RAYS, PATHS, LitTracer
 from bobrossnet.tracing.scene import Scene
 
 HELD = Layout(_core.LightHistory.layout.names)
 """The channels of a history of light."""
-
-MOVING_EDGE_RAYS = 2
-"""Rays of first hits at edges, down and across a pixel, while the camera moves."""
-
-LEAST = 0.005
-"""Share of the pixels that a frame traces at least."""
-
-PATHS = 16
-"""Of a pixel, each time it is traced."""
-
-NEWEST = 0.3
-"""Weight of the last frame's times among those before."""
 
 
 class MovingLight:
@@ -50,7 +38,7 @@ class MovingLight:
         self._moves = self._frames = 0
         self._is_coarse = False  # the first hits within pixels
         self._guides: Guides
-        self._completing = self._pixel_seconds = 0.0
+        self._pace = _core.LightPace()
         self.forget()
 
     def forget(self) -> None:
@@ -68,17 +56,15 @@ class MovingLight:
             self._guides, self._is_coarse = self._tracer.guides(), False
         total = self.size[0] * self.size[1]
         if count is None:
-            left = budget - self._completing - (time.perf_counter() - start)
-            count = max(int(LEAST * total), int(left / self._pixel_seconds) if self._pixel_seconds else 0)
+            count = self._pace.pixels(total, budget - (time.perf_counter() - start))
         tracing = time.perf_counter()
         pixels = self._history.next(min(count, total), (self._seed + self._frames) % 2**32, at_rest, *self._surfaces)
         self._frames += 1
         samples = self._tracer.into(self._history, pixels, PATHS, at_rest, self._surfaces)
         traced = time.perf_counter()
-        if len(pixels):
-            self._pixel_seconds = _blended(self._pixel_seconds, (traced - tracing) / len(pixels))
+        self._pace.traced(len(pixels), traced - tracing)
         frame = self._completed(start, pixels, None if at_rest else samples)
-        self._completing = _blended(self._completing, time.perf_counter() - traced)
+        self._pace.completed(time.perf_counter() - traced)
         return frame
 
     @property
@@ -114,7 +100,3 @@ class MovingLight:
         image = completed_gray(shown, color)
         gbuffer = GBuffer.from_stack(traced.view(), HELD, self._guides, False)
         return Frame(image, gbuffer, gbuffer.fraction, time.perf_counter() - start, self._network, shown, True, color)
-
-
-def _blended(before: float, now: float) -> float:
-    return now if before == 0 else before + NEWEST * (now - before)

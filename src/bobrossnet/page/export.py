@@ -74,7 +74,8 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
         If the file can't be written, or the package was built without its WebAssembly modules.
     """
     check_writable(file)
-    parts = {**single_file_parts(scene), "scene.bob": deflated(packed(scene))}
+    look = look or {}
+    parts = {**single_file_parts(scene, is_lit="light" in look), "scene.bob": deflated(packed(scene))}
     modules = Modules(VIEWER)
     script = joined(Modules(VIEWER, {BROUGHT: brought(modules, parts)}), SINGLE).replace("</", "<\\/")
     policy = "; ".join(
@@ -87,16 +88,17 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
             "form-action 'none'",
         ]
     )
-    shown = written(look or {})
+    shown = written(look)
     text = PAGE.format(title=escape(title), look=shown, policy=policy, style=STYLE, script=script)
     write_whole(file, text.encode())
 
 
-def single_file_parts(scene: SceneLike) -> dict[str, str]:
-    """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes."""
+def single_file_parts(scene: SceneLike, *, is_lit: bool = False) -> dict[str, str]:
+    """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes,
+    with lights if they are wanted."""
     check_built()
     are_meshes = all(isinstance(instance.shape, Mesh) for instance in as_scene(scene).instances)
-    core = "core.mesh.wasm" if are_meshes else "core.wasm"
+    core = f"core{'.mesh' if are_meshes else ''}{'.light' if is_lit else ''}.wasm"
     files = {core: VIEWER / core}
     files |= {f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS}
     return {path: deflated(file.read_bytes()) for path, file in files.items()}

@@ -8,20 +8,28 @@ from html import escape
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.background import BLACK, Background, background_rows
+from bobrossnet.support.errors import InputError, brief
+from bobrossnet.tracing.light import HEADLIGHT, STUDIO, LightLike
+from bobrossnet.tracing.scene import Scene
 
 
-def attributes(fov: float, background: Background, camera: Camera | None = None) -> dict[str, str]:
-    """Return the attributes of a field of view, a background and a first orbit, without the defaults.
+def attributes(
+    fov: float, background: Background, camera: Camera | None = None, light: LightLike = None
+) -> dict[str, str]:
+    """Return the attributes of a field of view, a background, a first orbit and a light, without the defaults.
 
     Raises
     ------
     InputError
-        If either is out of range.
+        If one is out of range, or the light is none that the page has.
     """
+    if light not in (None, HEADLIGHT, STUDIO):
+        raise InputError(f"light: expected {HEADLIGHT} or {STUDIO} in a page, got {brief(light)}")
     lens, behind, black = Camera(fov=fov).fov, css(background), css(BLACK)
     return {
         **({"field-of-view": f"{lens:g}deg"} if lens else {}),
         **({"background": behind} if behind != black else {}),
+        **({"light": STUDIO} if light == STUDIO else {}),
         **({} if camera is None or camera == Camera() else {"camera-orbit": camera_orbit(camera)}),
     }
 
@@ -29,6 +37,11 @@ def attributes(fov: float, background: Background, camera: Camera | None = None)
 def camera_orbit(camera: Camera) -> str:
     """Return an orbit as the page has it: its angles are 0 at the front, and straight above."""
     return f"{(camera.azimuth + 90) % 360:.6g}deg {90 - camera.elevation:.6g}deg {100 / camera.zoom:.6g}%"
+
+
+def light_in_page(scene: Scene) -> str | None:
+    """Return the light of a scene if the page has it; others are shown under the headlight."""
+    return scene.light if isinstance(scene.light, str) else None
 
 
 def css(background: Background) -> str:

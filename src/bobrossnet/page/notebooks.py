@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from bobrossnet.page.look import attributes, light_in_page
 from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
@@ -17,6 +18,7 @@ from bobrossnet.pictures.rendering import render
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 SIZE = (256, 256)
@@ -40,6 +42,7 @@ def view(
     *,
     size: SizeLike = (480, 640),
     background: Background = None,
+    light: str | None = None,
 ) -> Any:
     """Show a scene in a notebook, to be turned by mouse or touch; needs the extra `notebook`.
 
@@ -54,6 +57,8 @@ def view(
         Size in CSS pixels; the notebook may be narrower.
     background : color, two colors, or None
         As in `render`.
+    light : "headlight" or "studio", optional
+        As in `render`; by default the scene's if it is one of these, otherwise the headlight.
 
     Returns
     -------
@@ -64,15 +69,17 @@ def view(
     Raises
     ------
     InputError
-        If anywidget is not installed, or the camera has a position.
+        If anywidget is not installed, the camera has a position, or the light is another one.
     """
     scene, size = as_scene(scene), check_size(size)
+    light = light_in_page(scene) if light is None else light
+    attributes(0, background, light=light)  # checks
     camera = as_camera(camera, scene)
     try:
         from bobrossnet.page.widget import SceneView
     except ModuleNotFoundError as error:
         raise InputError(f"view: this needs {error.name}: pip install 'bobrossnet[notebook]'") from error
-    return SceneView(scene, camera, size, background)
+    return SceneView(scene, camera, size, background, light or HEADLIGHT)
 
 
 def register() -> None:

@@ -131,7 +131,7 @@ class _Handler(BaseHTTPRequestHandler):
         if content is None:
             return self.send_error(HTTPStatus.NOT_FOUND)
         suffix = Path(path).suffix
-        kind, caching = TYPES.get(suffix, TYPES[".html"]), "max-age=60" if suffix in LASTING else "no-cache"
+        kind, caching = TYPES.get(suffix, TYPES[".bob"]), "max-age=60" if suffix in LASTING else "no-cache"
         if isinstance(content, bytes):
             self._start(HTTPStatus.OK, kind, len(content), caching)
             if self.command == "GET":

@@ -19,15 +19,17 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import VIEWER
+from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.scene import Scene
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
 
 
 def script(scene: Scene) -> str:
-    """Return the widget's module with everything that it needs to show a scene."""
+    """Return the widget's module with everything that it needs to show a scene, in any light."""
     modules = Modules(VIEWER)
-    return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts(scene))}), WIDGET)
+    parts = single_file_parts(scene, is_lit=True)
+    return joined(Modules(VIEWER, {BROUGHT: brought(modules, parts)}), WIDGET)
 
 
 def _to_page(camera: Camera, _: Any = None) -> dict[str, float]:
@@ -53,13 +55,17 @@ class SceneView(anywidget.AnyWidget):
     scene = traitlets.Bytes().tag(sync=True)  # a .bob file, deflated
     size = traitlets.Tuple(traitlets.Int(), traitlets.Int()).tag(sync=True)
     background = traitlets.Unicode().tag(sync=True)
+    light = traitlets.Unicode(HEADLIGHT).tag(sync=True)
     camera = traitlets.Instance(Camera).tag(sync=True, to_json=_to_page, from_json=_from_page)
 
-    def __init__(self, scene: Scene, camera: Camera, size: Size, background: Background) -> None:
+    def __init__(
+        self, scene: Scene, camera: Camera, size: Size, background: Background, light: str = HEADLIGHT
+    ) -> None:
         self._shown = scene
         self._behind = background
         super().__init__(
             _esm=script(scene),
+            light=light,
             scene=zlib.compress(packed(scene), 9),
             camera=camera,
             size=size,
@@ -76,15 +82,19 @@ class SceneView(anywidget.AnyWidget):
     def __repr__(self) -> str:
         return f"SceneView({self._shown!r}, {self.camera!r})"
 
+    @property
+    def _look(self) -> dict[str, Any]:
+        return {"size": tuple(self.size), "background": self._behind, "light": self.light}
+
     def snapshot(self, **options: Any) -> Picture:
         """Render the current view with antialiasing, every pixel traced, in the kernel.
 
         Parameters
         ----------
         **options
-            As in `bobrossnet.render`; size and background default to the widget's.
+            As in `bobrossnet.render`; size, background and light default to the widget's.
         """
-        return render(self._shown, self.camera, **{"size": tuple(self.size), "background": self._behind, **options})
+        return render(self._shown, self.camera, **{**self._look, **options})
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
         """Include a picture, for programs that show notebooks without widgets."""

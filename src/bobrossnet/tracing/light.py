@@ -147,11 +147,12 @@ def studio(camera: Camera) -> list[Light | Sky]:
         target = (0.0, 0.0, 0.0) if camera.target is None else camera.target
         x, y, _ = (p - t for p, t in zip(camera.position, target, strict=True))
         azimuth = math.degrees(math.atan2(y, x))
-    return [
-        Light(_toward(azimuth - 55, 48), angle=24, color=(1.0, 0.97, 0.93), intensity=0.66),
-        Light(_toward(azimuth + 145, 30), angle=30, color=(0.93, 0.96, 1.0), intensity=0.22),
-        Sky((0.96, 0.98, 1.0), (0.62, 0.60, 0.58), intensity=0.32),
+    lights: list[Light | Sky] = [
+        Light(_toward(azimuth + turn, elevation), angle=angle, color=tuple(color), intensity=intensity)
+        for turn, elevation, angle, color, intensity in _core.STUDIO_LIGHTS
     ]
+    top, bottom, intensity = _core.STUDIO_SKY
+    return [*lights, Sky(tuple(top), tuple(bottom), intensity=intensity)]
 
 
 def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:

@@ -31,7 +31,7 @@ from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
 """What light is, at a pixel."""
 
-PATHS = 16
+PATHS: int = _core.LIGHT_PATHS
 """Paths of a pixel at each visit."""
 
 MAX_PATHS = 4096
@@ -42,8 +42,10 @@ HITS = 10
 MAX_RADIUS = 1e38
 """Of scenes, as float32 holds it: glass in larger ones is as clear as in these."""
 
-EDGE_RAYS = 4
-"""Rays of first hits at edges, down and across a pixel."""
+EDGE_RAYS: int
+MOVING_EDGE_RAYS: int
+EDGE_RAYS, MOVING_EDGE_RAYS = _core.EDGE_RAYS
+"""Rays of first hits at edges, down and across a pixel, and the same while the camera moves."""
 
 
 class LitTracer:

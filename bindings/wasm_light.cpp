@@ -1,0 +1,112 @@
+/// Light in the WebAssembly modules: the studio around a scene, and its pictures.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "frame/light_pace.h"
+#include "frame/moving_light.h"
+#include "light/studio.h"
+#include "wasm.h"
+
+namespace {
+
+struct PageLight {
+    bob::MovingLight moving;
+    bob::LightPace pace;
+};
+
+/// The studio of a camera's azimuth in degrees, with a ground below the scene.
+bob::Lights studio_of(const bob::Scene& scene, double azimuth, double radius) {
+    bob::Lights lights = bob::studio(azimuth);
+    float lowest = std::numeric_limits<float>::infinity();
+    for (std::uint32_t i = 0; i < scene.size(); ++i) lowest = std::min(lowest, scene[i].low.z);
+    constexpr double most = 1e38;  // glass in larger scenes is as clear as in these
+    lights.ground = lowest, lights.radius = static_cast<float>(std::min(radius, most));
+    return lights;
+}
+
+using Wanted = bob::MovingLight::Wanted;
+using Traced = bob::LightHistory::Traced;
+static_assert(sizeof(Wanted) == 3 * sizeof(std::int32_t) && sizeof(Traced) == 7 * sizeof(float));
+
+}  // namespace
+
+/// The scene lives longer. azimuth: of the camera that the studio is set up for, in degrees; radius: of the scene, in its units.
+EXPORT(make_light) PageLight* make_light(const bob::Scene* scene, double azimuth, double radius) {
+    return attempt([&] { return new PageLight{{*scene, studio_of(*scene, azimuth, radius), 0}, {}}; });
+}
+EXPORT(free_light) void free_light(PageLight* light) { delete light; }
+
+/// Finds the first hits of a camera, and reprojects earlier light.
+EXPORT(move_light) bool move_light(PageLight* light, const float* camera, std::int32_t height, std::int32_t width) {
+    return attempt([&] {
+        light->moving.move(camera_of(camera), height, width);
+        return true;
+    });
+}
+/// The camera rests: each pixel waits for paths from this camera.
+EXPORT(rest_light) bool rest_light(PageLight* light) {
+    return attempt([&] {
+        light->moving.rest();
+        return true;
+    });
+}
+
+/// Number of pixels for a picture with so many milliseconds left after its first hits; at rest, for paths alone.
+EXPORT(light_pixels) double light_pixels(const PageLight* light, double milliseconds) {
+    const std::size_t total = static_cast<std::size_t>(light->moving.height()) * static_cast<std::size_t>(light->moving.width());
+    const double completing = light->moving.is_at_rest() ? light->pace.for_completing() : 0;
+    return static_cast<double>(light->pace.pixels(total, milliseconds + completing));
+}
+EXPORT(light_traced) void light_traced(PageLight* light, double pixels, double milliseconds) {
+    light->pace.traced(static_cast<std::size_t>(pixels), milliseconds);
+}
+EXPORT(light_completed) void light_completed(PageLight* light, double milliseconds) { light->pace.completed(milliseconds); }
+/// Milliseconds for a pixel's paths; 0 before the first.
+EXPORT(light_pixel_time) double light_pixel_time(const PageLight* light) { return light->pace.for_pixel(); }
+
+/// The next pixels, (n, 3): row, column, and the number of paths before; valid until the next call. Writes n to `count`.
+EXPORT(next_light) const Wanted* next_light(PageLight* light, double at_most, std::uint32_t* count) {
+    return attempt([&] {
+        static std::vector<Wanted> wanted;
+        wanted = light->moving.next(static_cast<std::size_t>(at_most));
+        *count = static_cast<std::uint32_t>(wanted.size());
+        wanted.reserve(1);  // 0 would be a failure
+        return wanted.data();
+    });
+}
+
+/// Traces paths through pixels, (count, 3) of next_light, of any picture; traced: (count, 7), for add_light.
+EXPORT(trace_light)
+bool trace_light(const PageLight* light, const float* camera, std::int32_t height, std::int32_t width, const Wanted* wanted, std::size_t count,
+                 std::uint32_t paths, double seed, Traced* traced) {
+    return attempt([&] {
+        bob::MovingLight::trace(light->moving.lighting(), camera_of(camera), height, width, {wanted, count}, paths, static_cast<std::uint64_t>(seed), traced);
+        return true;
+    });
+}
+EXPORT(light_seed) double light_seed(const PageLight* light) { return static_cast<double>(light->moving.seed()); }
+EXPORT(light_paths) std::uint32_t light_paths() { return bob::MovingLight::paths; }
+
+EXPORT(add_light) bool add_light(PageLight* light, const Wanted* wanted, std::size_t count, const Traced* traced) {
+    return attempt([&] {
+        light->moving.add({wanted, count}, {traced, count});
+        return true;
+    });
+}
+/// Number of pixels without paths from this camera.
+EXPORT(light_left) double light_left(const PageLight* light) { return static_cast<double>(light->moving.left()); }
+
+/// Writes the completed picture: (4, height, width), linear RGB times coverage, and coverage.
+EXPORT(complete_light) bool complete_light(const PageLight* light, bool is_smooth, float* planes) {
+    return attempt([&] {
+        const std::size_t size = static_cast<std::size_t>(light->moving.height()) * static_cast<std::size_t>(light->moving.width());
+        light->moving.complete(is_smooth, planes, planes + 3 * size);
+        return true;
+    });
+}
+/// Writes 1 where a pixel has paths of this camera, or needs none, (height, width).
+EXPORT(light_mask) void light_mask(const PageLight* light, float* mask) { light->moving.write_mask(mask); }

@@ -1,0 +1,90 @@
+/// The light of a scene under a moving camera, picture by picture.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "light/edges.h"
+#include "light/light_history.h"
+#include "light/lighting.h"
+#include "picture/camera.h"
+#include "picture/gbuffer.h"
+
+namespace bob {
+
+/// Each picture finds the first hits of all pixels, reprojects earlier paths to them, traces new paths where these are missing, noisy or
+/// old, and is completed along its surfaces. At rest, every pixel gets paths from this camera. The last picture does not depend on
+/// earlier cameras.
+class MovingLight {
+public:
+    /// Paths of a pixel each time it is traced in motion.
+    static constexpr std::uint32_t paths = 16;
+    /// Rays of first hits at edges, down and across a pixel, and the same while the camera moves.
+    static constexpr int edge_rays = 4, moving_edge_rays = 2;
+
+    /// The scene lives longer.
+    MovingLight(const Scene& scene, Lights lights, std::uint64_t seed) : lighting_(scene, std::move(lights)), seed_(seed) {}
+
+    /// Turns to a camera and a size, whose first hits are found.
+    void move(const Camera& camera, int height, int width);
+
+    /// The camera rests: each pixel waits for paths from this camera.
+    void rest();
+
+    /// A pixel, and the number of paths that it had from this camera.
+    struct Wanted {
+        Pixel pixel;
+        std::uint32_t drawn;
+    };
+    /// The pixels to trace next, at most `count`; at rest, only those that wait.
+    [[nodiscard]] std::vector<Wanted> next(std::size_t count);
+
+    /// Of a camera's paths.
+    [[nodiscard]] std::uint64_t seed() const { return is_at_rest_ ? seed_ : seed_ + moves_; }
+
+    /// Traces paths through pixels of a picture; their light is passed to `add`, possibly in another module.
+    static void trace(const Lighting& lighting, const Camera& camera, int height, int width, std::span<const Wanted> wanted, std::uint32_t paths,
+                      std::uint64_t seed, LightHistory::Traced* traced);
+    void add(std::span<const Wanted> wanted, std::span<const LightHistory::Traced> traced);
+
+    /// Number of pixels without paths from this camera.
+    [[nodiscard]] std::size_t left() const { return left_; }
+
+    /// Writes the picture, completed along first hits: color (3, height, width), linear RGB times coverage, and alpha (height, width),
+    /// the coverage by surfaces and shadows. `is_smooth`: pixels at edges are means over their first hits.
+    void complete(bool is_smooth, float* color, float* alpha) const;
+
+    /// 1 where a pixel has paths of this camera, or shows nothing that needs any, (height, width).
+    void write_mask(float* mask) const;
+
+    [[nodiscard]] bool is_at_rest() const { return is_at_rest_; }
+    [[nodiscard]] const Lighting& lighting() const { return lighting_; }
+    [[nodiscard]] int height() const { return height_; }
+    [[nodiscard]] int width() const { return width_; }
+
+private:
+    [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(height_) * static_cast<std::size_t>(width_); }
+    [[nodiscard]] SeenSurfaces surfaces() const { return {planes_.data(), planes_.data() + first_hit::ground * pixels()}; }
+    [[nodiscard]] bool shows_something(std::size_t i) const { return planes_[i] > 0 || planes_[first_hit::ground * pixels() + i] > 0; }
+    void look_at_edges(int rays);
+    void begin_drawing();
+
+    Lighting lighting_;
+    std::uint64_t seed_, moves_ = 0;
+    std::uint32_t frames_ = 0;
+    Camera camera_{};
+    int height_ = 0, width_ = 0;
+    bool is_at_rest_ = false;
+    std::optional<LightHistory> history_;
+    std::vector<float> planes_;  // (first_hit::count, height, width)
+    std::vector<Pixel> edges_;
+    int rays_ = 0;                     // of first hits at edges, down and across
+    std::vector<float> hits_;          // (edges, rays * rays, first_hit::count)
+    std::vector<std::uint32_t> drawn_; // paths of each pixel from this camera
+    std::size_t left_ = 0;
+};
+
+}  // namespace bob

@@ -1,0 +1,250 @@
+"""Lights in <bob-view>: the converged picture is that of `render`, and the headlight stays as it is."""
+
+import threading
+
+import numpy as np
+import pytest
+from browser import picture_at, serving
+
+import bobrossnet as bob
+from bobrossnet.command_line import cli
+from bobrossnet.page.export import export, export_file
+from bobrossnet.page.files import page_files
+from bobrossnet.page.look import attributes
+from bobrossnet.page.server import Server
+
+WIDTH, HEIGHT = 96, 72
+
+VIEW = "document.querySelector('bob-view')"
+
+PAGE = """<!doctype html>
+<script type="module" src="bob/component/bob-view.js"></script>
+<style>bob-view {{ width: 96px; height: 72px }}</style>
+<bob-view background="transparent" {attributes}></bob-view>
+"""
+
+WATCH = """
+window.pictures = [];
+document.addEventListener("progress", ({ detail: { batch } }) => {
+  pictures.push({ phase: batch.phase, width: batch.width, azimuth: batch.camera.azimuth });
+}, true);
+"""
+
+SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_Policy": "require-corp"}
+
+MESHES, FORMULA, LITTLE = "two.glb", "ball.bob", 'picture-size="96x72"'
+
+
+def meshes():
+    """Return a red box and a mirror beside it."""
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
+    red, mirror = bob.Material("#c33", metallic=0, roughness=0.8), bob.Material("#ddd", metallic=1, roughness=0.0)
+    box = bob.Mesh(corners, faces)
+    return bob.Scene([bob.Instance(box, material=red), bob.Instance(box, material=mirror).translate((0, 2.6, 0))])
+
+
+def ball():
+    return bob.Scene(bob.sdf.sphere(1.0) - bob.sdf.sphere(0.6).translate((0.6, 0, 0.5)))
+
+
+@pytest.fixture(scope="module")
+def folder(viewer, tmp_path_factory):
+    """Return a folder with the page's files and scenes."""
+    folder = tmp_path_factory.mktemp("light")
+    export({path: content for path, content in viewer.files.items() if "." in path}, folder / "bob")
+    bob.save_scene(ball(), folder / FORMULA)
+    bob.save_scene(meshes(), folder / "two.bob")
+    return folder
+
+
+@pytest.fixture
+def shown(browser, folder):
+    """Open a page with an element of these attributes."""
+    pages, wrong = [], []
+
+    def shown(attributes, headers=None, text=PAGE):
+        (folder / "index.html").write_text(text.format(attributes=attributes))
+        page = browser.new_context(viewport={"width": 640, "height": 480}).new_page()
+        page.add_init_script(WATCH)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        server = serving(folder, **(headers or {}))
+        pages.append((page, server))
+        page.goto(server.__enter__())
+        return page
+
+    yield shown
+    for page, server in pages:
+        page.context.close()
+        server.__exit__(None, None, None)
+    assert wrong == []
+
+
+def settled(page):
+    """Return the last picture, (H, W, 4) uint8."""
+    address = page.evaluate(f"async () => {{ await {VIEW}.converged(); return {VIEW}.toDataURL(); }}")
+    return np.asarray(picture_at(address).convert("RGBA"))
+
+
+def premultiplied(rgba):
+    return rgba[..., :3] * (rgba[..., 3:] / 255), rgba[..., 3].astype(float)
+
+
+def assert_same(shown, expected):
+    """Both have the same random numbers; light paths part where arithmetic rounds otherwise."""
+    for own, other in zip(premultiplied(shown), premultiplied(expected.rgba), strict=True):
+        apart = np.abs(own - other)
+        assert apart.mean() < 0.35, apart.mean()
+        assert (apart > 8).mean() < 0.01, (apart > 8).mean()
+
+
+@pytest.mark.parametrize("headers", [{}, SHARING], ids=["alone", "shared"])
+@pytest.mark.parametrize(("file", "scene"), [("two.bob", meshes), (FORMULA, ball)])
+def test_the_converged_picture_is_that_of_render(shown, file, scene, headers):
+    page = shown(f'src="{file}" light="studio" {LITTLE}', headers)
+    picture = settled(page)
+    assert_same(picture, bob.render(scene(), size=(HEIGHT, WIDTH), light="studio"))
+    assert 0 < picture[..., 3][picture[..., :3].max(-1) == 0].max() < 255  # shadows beside the shapes
+    assert page.evaluate("() => pictures.every(({ phase }) => phase === 'light')")
+
+
+def test_it_does_not_matter_how_the_camera_came(shown):
+    """The studio stays where the first camera has it."""
+    page = shown(f'src="two.bob" light="studio" {LITTLE}')
+    before = settled(page)
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 70 }}; }}")
+    assert not np.array_equal(settled(page), before)
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 30 }}; }}")
+    np.testing.assert_array_equal(settled(page), before)
+
+
+def test_moving_pictures_are_lit(shown):
+    """The samples of a picture at rest are reprojected to a moving one."""
+    page = shown(f'src="two.bob" light="studio" {LITTLE}')
+    settled(page)
+    page.evaluate(f"""async () => {{
+      pictures.length = 0;
+      {VIEW}.viewing.refine(false);
+      {VIEW}.camera = {{ azimuth: 34 }};
+      await new Promise((shown) => {VIEW}.addEventListener("progress", shown, {{ once: true }}));
+    }}""")
+    assert page.evaluate("() => pictures") == [{"phase": "light", "width": WIDTH, "azimuth": 34}]
+    moving = np.asarray(picture_at(page.evaluate(f"() => {VIEW}.toDataURL()")).convert("RGBA"))
+    page.evaluate(f"() => {VIEW}.viewing.refine(true)")
+    light, alpha = (
+        np.abs(a - b).mean() for a, b in zip(premultiplied(moving), premultiplied(settled(page)), strict=True)
+    )
+    assert max(light, alpha) < 4
+
+
+def test_without_light_the_picture_has_the_same_bits(shown):
+    page = shown(f'src="two.bob" {LITTLE}')
+    headlight = settled(page)
+    page.evaluate(f"() => {{ {VIEW}.light = 'studio'; }}")
+    lit = settled(page)
+    assert not np.array_equal(lit, headlight)
+    page.evaluate(f"() => {{ {VIEW}.light = null; }}")
+    np.testing.assert_array_equal(settled(page), headlight)
+    page.evaluate(f"() => {{ {VIEW}.light = 'studio'; }}")
+    np.testing.assert_array_equal(settled(page), lit)
+    page.evaluate(f"() => {{ {VIEW}.light = 'headlight'; }}")
+    np.testing.assert_array_equal(settled(page), headlight)
+
+
+def test_unsmoothed_pictures_have_fewer_paths(shown):
+    page = shown(f'src="two.bob" light="studio" samples="1" {LITTLE}')
+    assert_same(settled(page), bob.render(meshes(), size=(HEIGHT, WIDTH), light="studio", samples=1))
+
+
+def test_modules_with_lights_are_fetched_for_lights_alone(shown):
+    page = shown(f'src="two.bob" {LITTLE}')
+    settled(page)
+    fetched = (
+        "() => performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => /wasm$/.test(name))"
+    )
+    assert not any("light" in name for name in page.evaluate(fetched))
+    page.evaluate(f"() => {{ {VIEW}.light = 'studio'; }}")
+    settled(page)
+    assert [name.rpartition("/")[2] for name in page.evaluate(fetched) if "light" in name] == [
+        "core.light.relaxed.wasm"
+    ]
+
+
+def test_unknown_lights_are_named(shown):
+    page = shown(f'src="two.bob" {LITTLE}')
+    settled(page)
+    page.evaluate(f"() => {{ {VIEW}.light = 'sun'; }}")
+    assert page.inner_text("bob-view #wrong") == "light: expected headlight or studio, got sun"
+    settled(page)
+
+
+def test_a_single_file_has_its_light(browser, tmp_path):
+    file = tmp_path / "two.html"
+    export_file(meshes(), "two", file, attributes(0, None, light="studio"))
+    text = file.read_text()
+    assert "core.mesh.light.wasm" in text
+    assert '"core.mesh.wasm"' not in text
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.goto(file.as_uri())
+    assert_same(settled(page), bob.render(meshes(), size=(HEIGHT, WIDTH), light="studio"))
+    page.close()
+
+
+# ---- Doors -----------------------------------------------------------------------------------------------
+
+
+def test_the_page_has_a_control_and_links_with_light(browser):
+    """The studio has a bright background, which shows its shadows; modes that compare exact pictures are off."""
+    with page_files(meshes(), "two", attributes(0, "#000", light="studio")) as files, Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            page = browser.new_page(viewport={"width": 900, "height": 600})
+            page.goto(f"{server.url}?size=48x36&scene=files/two.bob")
+            page.evaluate("() => bobrossnet.started")
+            light = f"() => {VIEW}.light"
+            assert (page.input_value("#light"), page.evaluate(light)) == ("studio", "studio")
+            page.evaluate("() => bobrossnet.converged()")
+            assert page.get_attribute("bob-view", "background").startswith("linear-gradient")
+            assert page.is_disabled("input[value=difference]")
+            assert "light=studio" in page.evaluate("() => bobrossnet.link()")
+            page.select_option("#light", "headlight")
+            page.evaluate("() => bobrossnet.converged()")
+            assert page.evaluate("() => bobrossnet.statistics.exact")
+            assert page.get_attribute("bob-view", "background") is None
+            assert page.is_enabled("input[value=difference]")
+            assert "light" not in page.evaluate("() => bobrossnet.link()")
+            page.goto(f"{server.url}?size=48x36&light=headlight#scene=gyroid.bob&camera=10_20_0_1_0_0_0&light=studio")
+            page.evaluate("() => bobrossnet.started")
+            assert page.evaluate(light) == "studio"
+            page.close()
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def test_exported_pages_have_their_light(tmp_path, capsys):
+    bob.save_scene(meshes(), tmp_path / "two.bob")
+    view = ["view", str(tmp_path / "two.bob"), "--light", "studio", "--export"]
+    assert cli.main([*view, str(tmp_path / "page")]) == 0
+    assert 'data-light="studio"' in (tmp_path / "page/index.html").read_text()
+    assert cli.main([*view, str(tmp_path / "two.html")]) == 0
+    assert ' light="studio">' in (tmp_path / "two.html").read_text()
+    view[3] = "sun.hdr"
+    assert cli.main([*view, str(tmp_path / "sun.html")]) == 2
+    assert "light: expected headlight or studio in a page, got str 'sun.hdr'" in capsys.readouterr().err
+
+
+def test_notebooks_have_their_light():
+    pytest.importorskip("anywidget", reason="anywidget, which shows widgets in notebooks, is not installed")
+    assert bob.view(meshes()).light == "headlight"
+    assert bob.view(meshes(), light="studio").light == "studio"
+    lit = bob.Scene(meshes(), light="studio")
+    assert bob.view(lit).light == "studio"
+    assert bob.view(lit, light="headlight").light == "headlight"
+    assert bob.view(bob.Scene(meshes(), light=bob.Light((0, 0, 1)))).light == "headlight"
+    shadows = bob.view(lit, size=(36, 48)).snapshot(samples=1).alpha
+    assert ((shadows > 0.1) & (shadows < 0.9)).any()
+    with pytest.raises(bob.InputError, match="light: expected headlight or studio in a page"):
+        bob.view(meshes(), light="sun")

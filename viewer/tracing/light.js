@@ -1,0 +1,123 @@
+// @ts-check
+/**
+ * The light of a scene under a moving camera, as core/frame/moving_light.h: the studio around the scene, and a ground that
+ * shows its shadows. Only modules with lights have it.
+ *
+ * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {import("../picture/camera.js").Size} Size
+ * @typedef {{azimuth: number}} Studio set up for a camera of this azimuth, in degrees
+ */
+import { cameraValues } from "../picture/camera.js";
+
+/** Numbers of a wanted pixel: row, column, and its paths before. */
+const WANTED = 3;
+
+/** Numbers of a traced one. */
+const TRACED = 7;
+
+export class Light {
+  #scene;
+  #handle;
+
+  /** @param {import("./scene.js").Scene} scene lives longer @param {Studio} studio */
+  constructor(scene, { azimuth }) {
+    this.#scene = scene;
+    this.azimuth = azimuth;
+    this.#handle = scene.core.made("make_light", scene.handle, azimuth, scene.sphere.radius);
+  }
+
+  get #core() {
+    return this.#scene.core;
+  }
+
+  /** Turns to a camera: finds all first hits, and reprojects earlier light. @param {Camera} camera @param {Size} size */
+  move(camera, { height, width }) {
+    this.#core.made("move_light", this.#handle, cameraValues(camera), height, width);
+  }
+
+  /** The camera rests: each pixel waits for paths from this camera. */
+  rest() {
+    this.#core.made("rest_light", this.#handle);
+  }
+
+  /** The number of pixels for a picture with this time left. @param {number} milliseconds */
+  pixelsIn(milliseconds) {
+    return this.#core.call("light_pixels", this.#handle, milliseconds);
+  }
+
+  /** Reports the time for pixels' paths. @param {number} pixels @param {number} milliseconds */
+  traced(pixels, milliseconds) {
+    this.#core.call("light_traced", this.#handle, pixels, milliseconds);
+  }
+
+  /** Reports the time for completing a picture. @param {number} milliseconds */
+  completed(milliseconds) {
+    this.#core.call("light_completed", this.#handle, milliseconds);
+  }
+
+  /** Milliseconds for a pixel's paths; 0 before the first. */
+  get pixelMs() {
+    return this.#core.call("light_pixel_time", this.#handle);
+  }
+
+  /** Paths of a pixel each time it is traced in motion. */
+  get paths() {
+    return this.#core.call("light_paths");
+  }
+
+  /** Number of pixels without paths from this camera. */
+  get left() {
+    return this.#core.call("light_left", this.#handle);
+  }
+
+  /** Of this camera's paths. */
+  get seed() {
+    return this.#core.call("light_seed", this.#handle);
+  }
+
+  /** @param {number} atMost @returns {Int32Array} (n, 3), for `trace` */
+  next(atMost) {
+    let first = 0;
+    const [count] = this.#core.filled(new Int32Array(1), (written) => {
+      first = this.#core.made("next_light", this.#handle, atMost, written) >>> 0;
+    });
+    return new Int32Array(this.#core.memory, first, WANTED * count).slice();
+  }
+
+  /**
+   * Traces paths through pixels of any picture.
+   *
+   * @param {Int32Array} wanted (n, 3) @param {number} paths of each pixel @param {number} seed @param {Camera} camera @param {Size} size
+   * @returns {Float32Array} (n, 7), for `add`
+   */
+  trace(wanted, paths, seed, camera, { height, width }) {
+    const count = wanted.length / WANTED;
+    return this.#core.filled(new Float32Array(TRACED * count), (address) => {
+      this.#core.made("trace_light", this.#handle, cameraValues(camera), height, width, wanted, count, paths, seed, address);
+    });
+  }
+
+  /** @param {Int32Array} wanted @param {Float32Array} traced */
+  add(wanted, traced) {
+    this.#core.made("add_light", this.#handle, wanted, wanted.length / WANTED, traced);
+  }
+
+  /**
+   * The completed picture.
+   *
+   * @param {boolean} isSmooth whether edges are means over their pixels
+   * @param {Float32Array<ArrayBuffer>} planes (4, height, width), filled with linear RGB times coverage, and coverage
+   */
+  complete(isSmooth, planes) {
+    return this.#core.filled(planes, (address) => this.#core.made("complete_light", this.#handle, Number(isSmooth), address));
+  }
+
+  /** 1 where a pixel has paths of this camera, or needs none. @param {Size} size @returns {Float32Array} (height, width) */
+  mask({ height, width }) {
+    return this.#core.filled(new Float32Array(height * width), (address) => this.#core.call("light_mask", this.#handle, address));
+  }
+
+  free() {
+    this.#core.call("free_light", this.#handle);
+  }
+}

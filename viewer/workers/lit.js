@@ -1,0 +1,110 @@
+// @ts-check
+/**
+ * Pictures with lights, for the tracer. The leading one finds the first hits, distributes light paths, and completes the
+ * picture along its surfaces; where light goes is decided in the core.
+ *
+ * @typedef {import("./tracer.js").Batch} Batch
+ * @typedef {import("../tracing/light.js").Studio} Studio
+ * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {import("../picture/camera.js").Size} Size
+ *
+ * @typedef {{camera: Camera, size: Size, studio: Studio, wanted: Int32Array, paths: number, seed: number}} Paths
+ *   a slice: pixels (n, 3), as from Light.next, and paths through each
+ * @typedef {{
+ *   kind: "lit", batch: Batch, planes: Float32Array<ArrayBuffer>, mask: Float32Array, traced: number, isLast: boolean, milliseconds: number
+ * }} Lit
+ *   to the completing worker, once per batch: planes (4, height, width) of linear RGB times coverage, and coverage; mask (height,
+ *   width): 1 where a pixel has paths of this camera, or needs none; traced: number of those; isLast: whether these are all;
+ *   milliseconds: for first hits, reprojection and completing. The array of planes is returned
+ */
+import { Light } from "../tracing/light.js";
+
+const SLICE_MS = 30; // movement waits for the slice under way
+const LEAST = 64; // minimum pixels of a slice
+const AHEAD = 2; // slices for each tracer until the end of a batch
+
+/** Whether a slice is of light paths. @param {object} slice @returns {slice is Paths} */
+export const areLightPaths = (slice) => "wanted" in slice;
+
+/** The light of a tracer's scene. */
+export class SceneLight {
+  /** Whether the last picture was converged. */
+  isDone = false;
+  /** The array of planes that was returned. @type {Float32Array<ArrayBuffer> | undefined} */
+  spare;
+  #scene;
+  /** @type {Light | undefined} */
+  #light;
+  /** Of the light's picture. */
+  #view = -1;
+
+  /** @param {import("../tracing/scene.js").Scene} scene lives longer */
+  constructor(scene) {
+    this.#scene = scene;
+  }
+
+  /** @param {Studio} studio */
+  #of(studio) {
+    if (this.#light?.azimuth !== studio.azimuth) {
+      this.free();
+      this.#light = new Light(this.#scene, studio);
+    }
+    return /** @type {Light} */ (this.#light);
+  }
+
+  /** Traces another tracer's slice. @param {Paths} slice @returns {Float32Array} */
+  trace({ studio, wanted, paths, seed, camera, size }) {
+    return this.#of(studio).trace(wanted, paths, seed, camera, size);
+  }
+
+  /** @param {import("./tracer.js").Circumstances} circumstances @returns {import("./tracer.js").Work} */
+  work({ batch, lent, others, begin }) {
+    const { camera, height, width, side, rests, parts } = batch, size = { height, width };
+    const studio = /** @type {Studio} */ (batch.studio), light = this.#of(studio);
+    if (this.#view !== batch.view) light.move(camera, size);
+    if (rests) light.rest();
+    this.#view = batch.view;
+    this.isDone = false;
+    const started = performance.now(), time = batch.milliseconds - (started - begin), end = begin + batch.milliseconds;
+    const { seed } = light, paths = rests ? 4 * side ** 2 : light.paths;
+    const wanted = light.next(light.pixelsIn(Math.max(0, time))), count = wanted.length / 3;
+    let dealt = 0, added = 0;
+    return {
+      deal() {
+        const left = count - dealt;
+        if (left === 0 || (rests && performance.now() > end && dealt > 0)) return;
+        const inTime = light.pixelMs > 0 ? lent * SLICE_MS / light.pixelMs : LEAST;
+        const share = others > 0 ? left / (AHEAD * parts) : left, own = Math.ceil(Math.max(LEAST, Math.min(share, inTime)));
+        const slice = wanted.slice(3 * dealt, 3 * (dealt += Math.min(left, own)));
+        return { camera, size, studio, wanted: slice, paths, seed };
+      },
+      keep({ slice, values }) {
+        const { wanted } = /** @type {Paths} */ (slice);
+        light.add(wanted, values);
+        added += wanted.length / 3;
+      },
+      left: () => light.left,
+      result: () => {
+        const completing = performance.now();
+        if (added > 0) light.traced(added, completing - started);
+        const { left } = light, planes = this.spare?.length === 4 * height * width ? this.spare : new Float32Array(4 * height * width);
+        this.spare = undefined;
+        light.complete(side > 1, planes);
+        const mask = light.mask(size), done = performance.now();
+        light.completed(done - completing);
+        this.isDone = rests && left === 0;
+        const milliseconds = started - begin + done - completing;
+        /** @type {Lit} */
+        const message = { kind: "lit", batch, planes, mask, traced: height * width - left, isLast: this.isDone, milliseconds };
+        return { message, transfer: [planes.buffer, mask.buffer] };
+      },
+    };
+  }
+
+  /** Frees all but the scene. */
+  free() {
+    this.#light?.free();
+    this.#light = undefined;
+    this.#view = -1;
+  }
+}
