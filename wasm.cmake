@@ -122,6 +122,7 @@ compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/base/parallel_lent.c
 compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
+compile_wasm(tracing_objects wasm_parts ${CMAKE_SOURCE_DIR}/bindings/wasm_parts.cpp ${wasm_flags} ${small_flags})
 compile_wasm(files_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
 

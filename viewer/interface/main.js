@@ -14,6 +14,8 @@ import { Editor } from "./editor.js";
 import { Kept } from "./kept.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised } from "./opening.js";
+import { PartsList } from "./parts.js";
+import { Sections } from "./sections.js";
 import { createState } from "./state.js";
 import { display } from "./statistics.js";
 
@@ -99,6 +101,12 @@ budget.addEventListener("input", () => {
 
 refines.addEventListener("change", () => viewing.refine(refines.checked));
 
+const sections = new Sections(picture, element("axes", HTMLElement), element("open-shape", HTMLElement));
+const parts = new PartsList(picture, {
+  details: element("parts", HTMLDetailsElement), list: element("tree", HTMLElement), all: element("show-all", HTMLButtonElement),
+  picked: element("picked", HTMLElement), status,
+});
+
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 const opening = new Opening(state, viewing, {
@@ -106,12 +114,17 @@ const opening = new Opening(state, viewing, {
   opened: () => {
     const { title, script = "", edited } = state.scene;
     picture.begun();
+    sections.opened();
+    parts.opened();
     picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
     kept.display(edited ?? null);
     if (state.edits.newest === null && editor.script !== script) editor.script = script;
   },
-  chosen: choose,
+  chosen: () => {
+    choose();
+    sections.changed();
+  },
   message: (text) => (message.textContent = text),
   wrong: (text) => {
     editor.wrong(text);

@@ -11,6 +11,7 @@
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("./tracer.js").Phase} Phase
  */
+import { WHOLE } from "../tracing/cutaway.js";
 
 const REST_MS = 40; // without a change, before a view is refined: sooner, further movement would often have to cancel it
 const STEPS_MS = [250, 1000]; // tracing between two pictures at rest: the first, and the longest
@@ -48,6 +49,7 @@ export class Schedule {
   #completed = [];
   /** @type {Camera} */
   #camera;
+  #cutaway = WHOLE;
   /** @type {Size} at rest */
   #size = { height: 480, width: 640 };
   #scales;
@@ -126,8 +128,9 @@ export class Schedule {
     return batch.view > this.#before;
   }
 
-  /** @param {{camera?: Partial<Camera>, size?: Size}} what */
-  change({ camera, size = this.#size }) {
+  /** @param {{camera?: Partial<Camera>, size?: Size, cutaway?: import("../tracing/cutaway.js").Cutaway}} what */
+  change({ camera, size = this.#size, cutaway = this.#cutaway }) {
+    this.#cutaway = cutaway;
     this.#camera = { ...this.#camera, ...camera };
     this.#size = size;
     this.#stale = true;
@@ -252,6 +255,7 @@ export class Schedule {
     const completed = this.#completed.splice(0);
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
+      cutaway: this.#cutaway,
     });
   }
 }

@@ -16,11 +16,12 @@
  *   row; edges: several rays in each pixel at edges
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[]
+ *   milliseconds: number, completed: Completed[], cutaway: import("../tracing/cutaway.js").Cutaway
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
  *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
+ * @typedef {"probe" | "pick" | "about" | "measure"} Question a method of Scene, with its values
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
  *   expected: Float32Array | null}} Samples
@@ -47,19 +48,19 @@
  *   | {kind: "open", element: number, edition: number, scene: import("../tracing/description.js").SceneDescription}
  *   | {kind: "forget", element: number}
  *   | {kind: "lead", element: number, batch: Batch, others: MessagePort[]}
- *   | {kind: "help", element: number, leader: MessagePort}
- *   | {kind: "probe", element: number, id: number, places: ArrayLike<number>, size: Size, camera: Camera}
+ *   | {kind: "help", element: number, leader: MessagePort, cutaway: import("../tracing/cutaway.js").Cutaway}
+ *   | {kind: "ask", element: number, id: number, question: Question, values: any[]}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
  *   A tracer keeps a scene for each element until "forget". "open" is answered by "opened" or "failed", and then the
  *   element's previous scene stays. So is "read", whose scene comes through the port `reading`. There is no answer if
  *   the element has a scene of a later edition. "lead", with a port to each other tracer of the batch, is answered by
- *   "traced", after "cancel" at once; "help" is only answered by "failed"; "probe", at any time, is answered by
- *   "probed", with null if the element has no scene
+ *   "traced", after "cancel" at once; "help" is only answered by "failed"; "ask", at any time, is answered by
+ *   "answered", with null if the element has no scene
  *
  * @typedef {{kind: "opened", element: number, edition: number, warnings: string[], memory: number}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
- *   | {kind: "probed", id: number, probe: import("../tracing/scene.js").Probe | null}
+ *   | {kind: "answered", id: number, answer: any}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, left: number, rays: number, milliseconds: number}} Reply
  *   edition: of the requested scene; warnings: a line each; memory: bytes of the core; broken: the core is unusable; cancelled: no samples
  *   were sent, and the view has to begin again; left: pixels left in the batch's phase; rays: by all tracers of the batch
@@ -414,6 +415,7 @@ async function lead({ element: own, batch, others: ports }) {
   await starting;
   turnTo(own);
   if (!scene) throw new Error("lead: expected an open scene");
+  if (scene.cut(batch.cutaway)) forgetViews();
   const lent = threads > 1 ? batch.parts : 1; // including this one
   useThreads(scene.core, lent);
   const planning = /** @type {FramePlanner} */ (planner), begin = performance.now();
@@ -484,8 +486,12 @@ function joined(type, arrays) {
   return all;
 }
 
-/** @param {MessagePort | undefined} port to the current leader @param {number} [own] the element */
-function help(port, own = element) {
+/**
+ * @param {MessagePort | undefined} port to the current leader
+ * @param {number} [own] the element
+ * @param {import("../tracing/cutaway.js").Cutaway} [cutaway]
+ */
+function help(port, own = element, cutaway) {
   leading?.close();
   leading = port;
   if (!port) return;
@@ -494,6 +500,7 @@ function help(port, own = element) {
     if (port !== leading) return; // from a batch that has ended
     turnTo(own);
     try {
+      if (cutaway && scene?.cut(cutaway)) forgetViews();
       const traced = traceSlice(slice);
       port.postMessage(traced, [traced.values.buffer, ...("pixels" in slice ? [slice.pixels.buffer] : [])]);
     } catch (error) {
@@ -524,10 +531,10 @@ function receive({ data }) {
   } else if (data.kind === "lead") {
     lead(data).catch((error) => fail(error));
   } else if (data.kind === "help") {
-    help(data.leader, data.element);
-  } else if (data.kind === "probe") {
-    const { id, places, size, camera } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
-    reply({ kind: "probed", id, probe: of?.probe(places, size, camera) ?? null });
+    help(data.leader, data.element, data.cutaway);
+  } else if (data.kind === "ask") {
+    const { id, question, values } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
+    reply({ kind: "answered", id, answer: of ? /** @type {any} */ (of)[question](...values) : null });
   } else {
     cancel();
   }

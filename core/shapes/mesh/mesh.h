@@ -71,6 +71,8 @@ public:
     /// The most frequent colour of the surface.
     void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override;
 
+    [[nodiscard]] const Arrays& arrays() const { return arrays_; }
+
     /// The unit normals at the triangles' corners, which shading interpolates.
     [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 
