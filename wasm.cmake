@@ -125,6 +125,7 @@ compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_f
 compile_wasm(tracing_objects wasm_parts ${CMAKE_SOURCE_DIR}/bindings/wasm_parts.cpp ${wasm_flags} ${small_flags})
 compile_wasm(files_objects wasm_files ${CMAKE_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
+compile_wasm(shapes_objects wasm_drawing ${CMAKE_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
 set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
@@ -144,7 +145,7 @@ endfunction()
 set(completion_of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${completion_of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${completion_of_one} ${completion_relaxed})
-# The linker leaves unused code out: core.mesh has no shapes except meshes, and only core.mesh reads files of meshes.
+# The linker leaves unused code out: core.mesh has no shapes except meshes and draws no edges; only core.mesh reads files of meshes.
 link_wasm(core.mesh ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${files_objects})
 link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${files_objects})
 link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})

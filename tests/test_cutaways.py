@@ -23,7 +23,7 @@ PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width">
 <script type="module" src="bob/component/bob-view.js"></script>
 <style>body {{ margin: 0 }} bob-view {{ width: {width}px; height: {height}px }}</style>
-<bob-view alt="A part" samples="1" camera-controls {attributes}></bob-view>
+<bob-view alt="A part" camera-controls {attributes}></bob-view>
 """
 
 TOLD = """
@@ -110,6 +110,7 @@ def shown(browser, folder):
         tab = context.new_page()
         tab.add_init_script(TOLD)
         tab.on("pageerror", lambda error: wrong.append(str(error)))
+        attributes = attributes if "samples" in attributes else f'{attributes} samples="1"'
         (folder / "index.html").write_text(PAGE.format(attributes=attributes, width=WIDTH, height=HEIGHT))
         tab.goto(server.__enter__())
         tab.wait_for_function("() => told.some(({ type }) => type === 'load')")
@@ -337,6 +338,23 @@ def test_measures_are_those_of_python(shown, folder, gltf):
                 assert found["area"] == pytest.approx(wanted.area, rel=1e-9)
                 volume = wanted.volume
                 assert found["volume"] == (None if volume is None else pytest.approx(volume, rel=1e-9))
+
+
+# ---- Edges -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["machine.obj", "nested.bob", "csg.sdf"])
+def test_edges_are_those_of_python(shown, headers, folder, name):
+    """Over the exact picture; meshes fetch the module with all shapes."""
+    page = shown(f'src="{name}" edges samples="4"', headers)
+    scene = bob.load(folder / name)
+    for edges in (True, False):
+        wanted = bob.render(scene, size=(HEIGHT, WIDTH), edges=edges, background="#000").rgba[..., :3]
+        found = settled(page)
+        difference = np.abs(found.astype(int) - wanted).max(axis=-1)
+        assert (difference > 8).mean() < 0.003
+        page.locator("bob-view").focus()
+        page.keyboard.press("e")
 
 
 # ---- The page --------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
  * | `section` | planes that cut the scene open, such as "x=0" or "x<2, z>0.5", as in bobrossnet.render |
+ * | `edges` | lines at visible edges, once it is at rest: borders of faces, creases and silhouettes, as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
@@ -67,6 +68,7 @@ import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } fro
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
 const SAMPLES = 4;
+const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
@@ -78,7 +80,7 @@ const TEXTS = [
   "rotation-per-second", "interaction-prompt", "background", "exposure", "picture-size", "samples", "workers",
   "loading", "base", "section",
 ];
-const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
+const SWITCHES = ["camera-controls", "auto-rotate", "view-cube", "edges"];
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
@@ -164,6 +166,7 @@ class BobViewElement extends Parent {
     });
     this.#viewing.schedule.side = this.#side;
     this.#viewing.change({ camera: this.#camera, cutaway: this.#cutaway });
+    this.#draw();
     this.show(this.#showing);
     this.#resize();
     this.#describe();
@@ -232,6 +235,8 @@ class BobViewElement extends Parent {
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#resize();
+    } else if (name === "edges") {
+      this.#draw();
     } else if (name === "section") {
       this.#section(value);
     } else if (name === "samples") {
@@ -447,6 +452,12 @@ class BobViewElement extends Parent {
     return this.#parts;
   }
 
+  #draw() {
+    const scale = this.#fixedSize ? 1 : Math.max(1, devicePixelRatio), thickness = this.hasAttribute("edges") ? LINE * scale : 0;
+    if (!this.#viewing || this.#viewing.schedule.thickness === thickness) return;
+    if (!this.#viewing.draw(thickness)) this.#fail("edges: expected a page with the module for all shapes, got one for meshes alone");
+  }
+
   /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes */
   #cut(changes) {
     this.#cutaway = changed(this.#cutaway, changes);
@@ -637,7 +648,7 @@ class BobViewElement extends Parent {
     listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
     listenToKeys(canvas, this.#motion, () => this.camera, {
       fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre(),
-      section: (axis) => this.#toggleSection(axis),
+      section: (axis) => this.#toggleSection(axis), edges: () => this.toggleAttribute("edges"),
     }, signal);
   }
 

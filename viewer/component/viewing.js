@@ -303,6 +303,20 @@ export class Viewing {
     this.#ask();
   }
 
+  /**
+   * Draws lines at visible edges of resting pictures, which needs the module with all shapes.
+   *
+   * @param {number} thickness in pixels; 0 for none
+   * @returns {boolean} whether there is such a module
+   */
+  draw(thickness) {
+    if (thickness > 0 && !isThere("core.wasm")) return false;
+    if (thickness > 0) this.core = "core";
+    this.schedule.thickness = thickness;
+    this.change({});
+    return true;
+  }
+
   /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
   async pictured() {
     await this.#first?.promise;

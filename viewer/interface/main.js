@@ -34,7 +34,7 @@ const message = element("message", HTMLElement), status = element("status", HTML
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
 const yUp = element("y-up", HTMLInputElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
-const perspective = element("perspective", HTMLInputElement);
+const perspective = element("perspective", HTMLInputElement), edges = element("edges", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
 
 const query = new URLSearchParams(location.search);
@@ -64,6 +64,9 @@ const showLens = () => (perspective.checked = picture.camera.fov > 0);
 picture.addEventListener("camera-change", showLens);
 showLens();
 perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
+
+edges.addEventListener("change", () => picture.toggleAttribute("edges", edges.checked));
+new MutationObserver(() => (edges.checked = picture.hasAttribute("edges"))).observe(picture, { attributeFilter: ["edges"] }); // a key changes it, too
 
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
 const look = (camera) => (picture.camera = camera);

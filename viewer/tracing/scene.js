@@ -240,6 +240,21 @@ export class Scene {
     });
   }
 
+  /**
+   * The share of each pixel that visible edges cover, in the rows from `begin` to `end` of an image. Only for modules with all shapes.
+   *
+   * @param {number} begin @param {number} end
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {number} thickness of lines, in pixels
+   * @returns {Uint8Array} (end - begin, width), 0..255
+   */
+  lines(begin, end, { height, width }, camera, thickness) {
+    return this.core.filled(new Uint8Array((end - begin) * width), (address) => {
+      this.core.made("draw_edges", this.handle, cameraValues(camera), height, width, begin, end, thickness, address);
+    });
+  }
+
   get #isColored() {
     return Number(this.layout === COLORED);
   }

@@ -36,6 +36,8 @@ export class Schedule {
   isShared = false;
   /** Side of the grid of rays in pixels at edges of a resting view; 1 leaves edges as they are. */
   side = 2;
+  /** Thickness of lines at visible edges of a resting view, in pixels; 0 for none. */
+  thickness = 0;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -159,7 +161,7 @@ export class Schedule {
    * @param {import("./completing.js").Picture} picture
    * @returns {{exact: boolean, final: boolean}} whether it is the exact picture requested, and whether no other follows
    */
-  completed({ batch, traced, total, model, isSmoothed }) {
+  completed({ batch, traced, total, model, isSmoothed, isLined }) {
     const pixels = batch.height * batch.width;
     if (batch.phase === "some" && traced < pixels) {
       this.#completed.push({ model, pixels, milliseconds: total });
@@ -169,7 +171,7 @@ export class Schedule {
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     if (!this.isShared) this.next();
     const exact = !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
-    return { exact, final: exact && (isSmoothed || this.side === 1) };
+    return { exact, final: exact && (this.thickness > 0 ? isLined : isSmoothed || this.side === 1) };
   }
 
   /** Whether a picture is of the current scene. @param {import("./completing.js").Picture} picture */
@@ -201,7 +203,8 @@ export class Schedule {
 
   /** Whether nothing is left to trace of a view. */
   get #isFinal() {
-    return this.#left === 0 && this.#scale === 1 && (this.#phase === "edges" || this.side === 1);
+    if (this.#left > 0 || this.#scale !== 1) return false;
+    return this.thickness > 0 ? this.#phase === "lines" : this.#phase === "edges" || this.side === 1;
   }
 
   /** Begins the next step at rest. @returns {number} milliseconds */
@@ -216,7 +219,7 @@ export class Schedule {
       return this.#step;
     }
     if (this.#left === 0 && this.#scale === 1) {
-      this.#phase = "edges";
+      this.#phase = this.thickness > 0 && (this.#phase === "edges" || this.side === 1) ? "lines" : "edges";
     } else if (this.#phase === "some") {
       if (this.#scale !== 1) this.#begin(1, "rows");
       this.#phase = "rows";
@@ -255,7 +258,7 @@ export class Schedule {
     const completed = this.#completed.splice(0);
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
-      cutaway: this.#cutaway,
+      cutaway: this.#cutaway, thickness: this.thickness,
     });
   }
 }

@@ -12,14 +12,16 @@
  * @typedef {import("../picture/planner.js").Mode} Mode
  * @typedef {import("../picture/planner.js").Model} Model
  *
- * @typedef {"some" | "rows" | "edges"} Phase some: pixels in an order, which a network completes; rows: all pixels, row by
- *   row; edges: several rays in each pixel at edges
+ * @typedef {"some" | "rows" | "edges" | "lines"} Phase some: pixels in an order, which a network completes; rows: all pixels, row by
+ *   row; edges: several rays in each pixel at edges; lines: visible edges as lines
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[], cutaway: import("../tracing/cutaway.js").Cutaway
+ *   milliseconds: number, completed: Completed[], cutaway: import("../tracing/cutaway.js").Cutaway,
+ *   thickness: number
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
- *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch
+ *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
+ *   `thickness`: of lines, in pixels
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  * @typedef {"probe" | "pick" | "about" | "measure"} Question a method of Scene, with its values
  *
@@ -34,10 +36,14 @@
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
  *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
  *
- * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number]})} Slice
- *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end
- * @typedef {{slice: Slice, values: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
- *   (n, 5), or planes (C, rows, width) of the traced layout
+ * @typedef {{begin: number, end: number, covered: Uint8Array}} Band of rows: the share of pixels that lines cover, 0..255
+ * @typedef {{kind: "lines", batch: Batch, isColored: boolean, bands: Band[], isLast: boolean}} Lines the same in the phase "lines"
+ *
+ * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number], thickness?: number})} Slice
+ *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end,
+ *   of lines if they have a thickness
+ * @typedef {{slice: Slice, values: Float32Array | Uint8Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
+ *   (n, 5), planes (C, rows, width) of the traced layout, or bytes (rows, width)
  *
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
@@ -77,6 +83,7 @@ import { buildScene } from "../tracing/scene.js";
 const SLICE_MS = 5;
 const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
 const LARGEST_SLICE = 2 ** 18; // pixels, at rest
+const BAND = 64; // rows of lines: each band looks at a few rows more, and movement waits for the one under way
 const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
@@ -104,9 +111,9 @@ let edition = -1; // of the scene
 let view;
 /**
  * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of those that were smoothed, and
- * milliseconds for one.
+ * milliseconds for one; the number of rows with lines.
  *
- * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number} | undefined}
+ * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number, lined: number} | undefined}
  */
 let resting;
 /** Milliseconds that a thread takes for a pixel at rest; 0 before the first one. Moving pictures take longer for one. */
@@ -247,7 +254,8 @@ function beginView(scene, planner, { view: id, camera, height, width, millisecon
 function traceSlice(slice) {
   if (!scene) throw new Error("trace: expected an open scene");
   const begin = performance.now(), { camera, size } = slice;
-  const values = "rows" in slice ? scene.rows(...slice.rows, size, camera)
+  const values = "rows" in slice
+    ? slice.thickness ? scene.lines(...slice.rows, size, camera, slice.thickness) : scene.rows(...slice.rows, size, camera)
     : slice.side === undefined ? scene.trace(slice.pixels, size, camera) : scene.means(slice.pixels, size, camera, slice.side);
   return { slice, values, milliseconds: performance.now() - begin };
 }
@@ -260,7 +268,7 @@ function traceSlice(slice) {
  * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
  * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
  * @property {() => number} left number of pixels
- * @property {() => {message: Samples | Strips | Means, transfer: Transferable[]}} result
+ * @property {() => {message: Samples | Strips | Means | Lines, transfer: Transferable[]}} result
  *
  * @typedef {object} Circumstances of a batch
  * @property {import("../tracing/scene.js").Scene} scene
@@ -293,8 +301,9 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
     },
     keep({ slice, values, milliseconds }, began) {
       const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
-      sequence.add(pixels, values);
-      slices.push({ pixels, samples: values });
+      const samples = /** @type {Float32Array} */ (values);
+      sequence.add(pixels, samples);
+      slices.push({ pixels, samples });
       const spent = began === undefined ? milliseconds : performance.now() - began;
       planning.traced(mode, pixels.length / 2, lent * spent, mode !== "reproject" && sequence.rounds === 1);
     },
@@ -313,7 +322,7 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
 
 /** The picture at rest of a batch. @param {Circumstances} circumstances */
 function restOf({ scene, batch }) {
-  if (resting?.id !== batch.view) resting = { id: batch.view, rows: new Rows(scene, batch), smoothed: 0, pixelMs: 0 };
+  if (resting?.id !== batch.view) resting = { id: batch.view, rows: new Rows(scene, batch), smoothed: 0, pixelMs: 0, lined: 0 };
   return resting;
 }
 
@@ -357,7 +366,7 @@ function allRows(circumstances) {
       early.set(first, traced);
       for (let next; (next = early.get(rows.done)); ) {
         early.delete(rows.done);
-        add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], next.values);
+        add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], /** @type {Float32Array} */ (next.values));
       }
     },
     left: () => (height - rows.done) * width,
@@ -395,7 +404,7 @@ function atEdges(circumstances) {
       const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
       rest.pixelMs = lent * milliseconds / (pixels.length / 2);
       rest.smoothed += pixels.length / 2;
-      slices.push({ pixels, means: values });
+      slices.push({ pixels, means: /** @type {Float32Array} */ (values) });
     },
     left: () => edges.length / 2 - rest.smoothed,
     result() {
@@ -406,8 +415,34 @@ function atEdges(circumstances) {
   };
 }
 
+/** @param {Circumstances} circumstances @returns {Work} on lines, band by band */
+function allLines(circumstances) {
+  const { scene, batch, begin } = circumstances, { camera, height, width, thickness } = batch, size = { height, width };
+  const rest = restOf(circumstances), end = begin + batch.milliseconds;
+  /** @type {Band[]} */
+  const bands = [];
+  let dealt = rest.lined;
+  return {
+    deal() {
+      if (dealt === height || (performance.now() > end && bands.length > 0)) return;
+      const first = dealt;
+      dealt = Math.min(height, dealt + BAND);
+      return { camera, size, rows: [first, dealt], thickness };
+    },
+    keep({ slice, values }) {
+      const [first, last] = /** @type {{rows: [number, number]}} */ (slice).rows;
+      bands.push({ begin: first, end: last, covered: /** @type {Uint8Array} */ (values) });
+      rest.lined += last - first;
+    },
+    left: () => (height - rest.lined) * width,
+    result: () => ({
+      message: { kind: "lines", batch, isColored: scene.layout === COLORED, bands, isLast: rest.lined === height }, transfer: bands.map(({ covered }) => covered.buffer),
+    }),
+  };
+}
+
 /** @type {Record<Phase, (circumstances: Circumstances) => Work>} */
-const WORKS = { some: somePixels, rows: allRows, edges: atEdges };
+const WORKS = { some: somePixels, rows: allRows, edges: atEdges, lines: allLines };
 
 /** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
 async function lead({ element: own, batch, others: ports }) {
