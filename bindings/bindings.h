@@ -24,6 +24,11 @@ using Planes = Array<float, -1, -1, -1>;  // (C, height, width)
 using ConstPlane = Array<const float, -1, -1>;
 using ConstPlanes = Array<const float, -1, -1, -1>;
 
+/// Python types with parameters, for the stub.
+using AnyObject = nb::typed<nb::object, nb::any>;
+using AnyTuple = nb::typed<nb::tuple, nb::any, nb::ellipsis>;
+using Keywords = nb::typed<nb::dict, nb::str, nb::any>;
+
 inline void expect(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
 }

@@ -23,6 +23,7 @@ using namespace nb::literals;
 namespace {
 
 using Tensor = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+using Tensors = nb::typed<nb::dict, nb::str, Tensor>;
 
 /// A network, in a class of its own, since Python's objects are not const.
 struct Network {
@@ -31,7 +32,7 @@ struct Network {
 
 /// Calls `make` with the weights of a dict of arrays.
 template <class Make>
-void with_weights(const nb::dict& tensors, const bob::Layout& inputs, const bob::Layout& outputs, Make make) {
+void with_weights(const Tensors& tensors, const bob::Layout& inputs, const bob::Layout& outputs, Make make) {
     bob::Weights weights{inputs, outputs, {}};
     std::vector<Tensor> arrays;  // keeps converted values alive
     for (const auto& [key, value] : tensors) {
@@ -43,12 +44,12 @@ void with_weights(const nb::dict& tensors, const bob::Layout& inputs, const bob:
     make(weights);
 }
 
-void init_network(Network* self, std::string_view name, const nb::dict& tensors, const bob::Layout& inputs,
+void init_network(Network* self, std::string_view name, const Tensors& tensors, const bob::Layout& inputs,
                   const bob::Layout& outputs) {
     with_weights(tensors, inputs, outputs, [&](const bob::Weights& weights) { new (self) Network{bob::make_network(name, weights)}; });
 }
 
-void init_predictor(bob::ErrorPredictor* self, const nb::dict& tensors) {
+void init_predictor(bob::ErrorPredictor* self, const Tensors& tensors) {
     with_weights(tensors, bob::gbuffer_layout(), {bob::channels::gray},
                  [&](const bob::Weights& weights) { new (self) bob::ErrorPredictor(weights); });
 }
@@ -124,28 +125,39 @@ void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const 
 }  // namespace
 
 void bind_completion(nb::module_& m) {
-    nb::class_<Network>(m, "Network")
+    nb::class_<Network>(m, "Network",
+        "`tensors` by name; ValueError if they or the layouts do not fit the network.")
         .def("__init__", &init_network, "name"_a, "tensors"_a, "inputs"_a, "outputs"_a)
         .def("__call__", [](const Network& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
             complete(*self.core, layout, planes, output);
-        }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert())
+        }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert(),
+             "From a G-buffer's planes (C, H, W) of a layout to the outputs' (width, H, W). ValueError if the layout lacks one of the "
+             "inputs.")
         .def_prop_ro("inputs", [](const Network& self) { return self.core->inputs(); })
         .def_prop_ro("outputs", [](const Network& self) { return self.core->outputs(); });
-    nb::class_<bob::ErrorPredictor>(m, "ErrorPredictor")
+    nb::class_<bob::ErrorPredictor>(m, "ErrorPredictor", "`tensors` by name; ValueError if they do not fit the predictor.")
         .def("__init__", &init_predictor, "tensors"_a)
         .def("__call__", [](const bob::ErrorPredictor& self, const bob::Layout& layout, const ConstPlanes& planes,
                             const ConstPlanes& gray, const Planes& error) {
             from_completed(layout, planes, gray, error, 1, self);
-        }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "error"_a.noconvert());
+        }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "error"_a.noconvert(),
+             "From a G-buffer's planes (C, H, W) and a network's own output (1, H, W) to the expected absolute error of the completed "
+             "gray (1, H, W).");
     m.def("error_features", [](const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray,
                                const Planes& features) {
         from_completed(layout, planes, gray, features, bob::error_features::count, bob::ErrorPredictor::features);
-    }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert());
+    }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert(),
+          "The inputs of an error predictor, (14, H, W).");
     m.def("interpolate_lattice", &interpolate_lattice, "known"_a, "planes"_a.noconvert(), "completed"_a,
-          "output"_a.noconvert());
+          "output"_a.noconvert(), "Improves completed channels where traced pixels of the lattice agree.");
     m.def("complete_along", &complete_along, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
-          "guide"_a.noconvert(), "unit"_a.none(), "output"_a.noconvert());
+          "guide"_a.noconvert(), "unit"_a.none(), "output"_a.noconvert(),
+          "Completes the channel `completed` by its ratio to a guide known at all pixels; where traced pixels of the lattice agree, "
+          "interpolates it. Values may have any range: `unit` counts as 1.");
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
-          "completed"_a, "covered_only"_a, "output"_a.noconvert());
-    m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
+          "completed"_a, "covered_only"_a, "output"_a.noconvert(),
+          "Completes gray or color, named by `completed`, along the mask, depth, normal and albedo of all pixels; `covered_only` leaves "
+          "pixels without coverage at 0.");
+    m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert(),
+          "Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges.");
 }

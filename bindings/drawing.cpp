@@ -24,12 +24,17 @@ void check_ends(const Array<const float, -1, 2>& points, const Array<const std::
     }
 }
 
+template <class T>
+Array<T, -1> copied(const std::vector<T>& values) {
+    auto array = make_array<T, -1>(values.size());
+    std::copy(values.begin(), values.end(), array.data());
+    return array;
+}
+
 std::tuple<Places, Ends> arrays_of(const bob::Curves& found) {
     auto points = make_array<float, -1, 2>(found.points.size(), 2);
     std::copy_n(reinterpret_cast<const float*>(found.points.data()), 2 * found.points.size(), points.data());
-    auto ends = make_array<std::int64_t, -1>(found.ends.size());
-    std::copy(found.ends.begin(), found.ends.end(), ends.data());
-    return {std::move(points), std::move(ends)};
+    return {std::move(points), copied<std::int64_t>(found.ends)};
 }
 
 std::tuple<Places, Ends> visible_edges(const bob::Scene& scene, const bob::Camera& camera, int height, int width, bool smooth) {
@@ -38,16 +43,24 @@ std::tuple<Places, Ends> visible_edges(const bob::Scene& scene, const bob::Camer
     return arrays_of(found);
 }
 
-/// Segments (m, 2) between points (n, 2), as curves.
-std::tuple<Places, Ends> joined(const Array<const float, -1, 2>& points, const Array<const std::uint32_t, -1, 2>& segments, float tolerance) {
-    bob::LineNetwork network;
+using Segments = Array<const std::uint32_t, -1, 2>;
+
+void check_segments(const Segments& segments, std::size_t points) {
+    for (std::size_t i = 0; i < segments.size(); ++i) expect(segments.data()[i] < points, "segments: expected indices of points");
+}
+
+std::tuple<Array<std::uint32_t, -1>, Ends> chained(std::size_t count, const Segments& segments) {
+    check_segments(segments, count);
+    bob::Chains found;
+    interruptible([&] { found = bob::chained(count, items<bob::Segment>(segments)); });
+    return {copied<std::uint32_t>(found.points), copied<std::int64_t>(found.ends)};
+}
+
+std::tuple<Places, Ends> joined(const Array<const float, -1, 2>& points, const Segments& segments, float tolerance) {
+    check_segments(segments, points.shape(0));
     const auto places = items<bob::PicturePoint>(points);
-    network.points.assign(places.begin(), places.end());
-    for (std::size_t i = 0; i < segments.shape(0); ++i) {
-        const std::uint32_t a = segments.data()[2 * i], b = segments.data()[2 * i + 1];
-        expect(a < network.points.size() && b < network.points.size(), "segments: expected indices of points");
-        network.segments.emplace_back(a, b);
-    }
+    const auto pairs = items<bob::Segment>(segments);
+    const bob::LineNetwork network{{places.begin(), places.end()}, {pairs.begin(), pairs.end()}};
     bob::Curves found;
     interruptible([&] { found = bob::joined(network, tolerance); });
     return arrays_of(found);
@@ -71,9 +84,14 @@ void draw_strokes(const Array<const float, -1, 2>& points, const Array<const std
 }  // namespace
 
 void bind_drawing(nb::module_& m) {
-    m.def("visible_edges", &visible_edges, "scene"_a, "camera"_a, "height"_a, "width"_a, "smooth"_a);
+    m.def("visible_edges", &visible_edges, "scene"_a, "camera"_a, "height"_a, "width"_a, "smooth"_a,
+          "Curves: their points (n, 2), rows and columns, and each one's end among them.");
     m.attr("CREASE_OF_EDGES") = bob::crease_of_edges_degrees;
-    m.def("joined", &joined, "points"_a.noconvert(), "segments"_a.noconvert(), "tolerance"_a);
+    m.def("chained", &chained, "count"_a, "segments"_a.noconvert(),
+          "The numbers of points along chains of segments (m, 2) between `count` points, and each one's end among them.");
+    m.def("joined", &joined, "points"_a.noconvert(), "segments"_a.noconvert(), "tolerance"_a,
+          "The curves of segments (m, 2) between points (n, 2).");
     m.def("dashed", &dashed, "points"_a.noconvert(), "ends"_a.noconvert(), "dash"_a, "gap"_a);
-    m.def("draw_strokes", &draw_strokes, "points"_a.noconvert(), "ends"_a.noconvert(), "width"_a, "coverage"_a.noconvert());
+    m.def("draw_strokes", &draw_strokes, "points"_a.noconvert(), "ends"_a.noconvert(), "width"_a, "coverage"_a.noconvert(),
+          "Raises `coverage` (H, W) to that of strokes.");
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "bindings.h"
+#include "files/gltf_data.h"
 #include "files/read.h"
 
 using namespace nb::literals;
@@ -66,14 +67,22 @@ std::optional<Array<double, -1, -1>> field(Reading& reading, std::size_t part, s
 }  // namespace
 
 void bind_files(nb::module_& m) {
-    nb::class_<Reading>(m, "Reading")
+    m.attr("MAX_ITEMS") = bob::files::max_items;
+    m.attr("MAX_INSTANCES") = bob::files::max_instances;
+    nb::class_<Reading>(m, "Reading",
+        "Reads a mesh file, whose name ends in `format`, in as many steps as it takes to fetch other files that it names. ValueError, of "
+        "one line, if it can't be read.")
         .def(nb::init<std::string_view, const nb::bytes&>(), "format"_a, "data"_a)
-        .def("go_on", &Reading::go_on)
+        .def("go_on", &Reading::go_on,
+             "The name of a file that is needed first, which `give` or `refuse` has to answer; empty at the end.")
         .def("give", &Reading::give, "data"_a)
         .def("refuse", &Reading::refuse, "why"_a)
-        .def("description", &Reading::description)
-        .def("numbers", &Reading::numbers)
-        .def("triangles", [](Reading& reading, std::size_t part) { return handed_over(reading.part(part).triangles, 3); }, "part"_a)
-        .def("field", &field, "part"_a, "number"_a)
-        .def("image", &Reading::image, "number"_a);
+        .def("description", &Reading::description, "All but numbers and images, as JSON (core/files/read.h).")
+        .def("numbers", &Reading::numbers, "The numbers of the description, (n, 1): 13 for each surface, then 16 for each placement.")
+        .def("triangles", [](Reading& reading, std::size_t part) { return handed_over(reading.part(part).triangles, 3); }, "part"_a,
+             "(T, 3), handed over: the next call has none.")
+        .def("field", &field, "part"_a, "number"_a,
+             "Vertices, normals, colors, face_colors, alphas, and from 5 on uv sets, (n, 3), (n, 2) or (n, 1), handed over; None if the "
+             "file has none.")
+        .def("image", &Reading::image, "number"_a, "The embedded file.");
 }

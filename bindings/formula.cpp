@@ -5,6 +5,7 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <array>
@@ -62,9 +63,9 @@ public:
     Handle substitute(const bob::Expression& f, Handle x, Handle y, Handle z) {
         return handle(graph_.substitute(f, value(x), value(y), value(z)));
     }
-    nb::tuple substitute_color(const bob::ColorFormula& f, Handle x, Handle y, Handle z) {
+    std::tuple<Handle, Handle, Handle> substitute_color(const bob::ColorFormula& f, Handle x, Handle y, Handle z) {
         const auto rgb = graph_.substitute(f, value(x), value(y), value(z));
-        return nb::make_tuple(handle(rgb[0]), handle(rgb[1]), handle(rgb[2]));
+        return {handle(rgb[0]), handle(rgb[1]), handle(rgb[2])};
     }
     [[nodiscard]] bob::Expression expression(Handle root) { return graph_.expression(value(root)); }
     [[nodiscard]] bob::ColorFormula color_formula(Handle r, Handle g, Handle b) {
@@ -133,9 +134,8 @@ void init_color_formula(bob::ColorFormula* self, const Array<const std::uint8_t,
     new (self) bob::ColorFormula(nodes_of(ops, operands, values, meshes), {roots.data()[0], roots.data()[1], roots.data()[2]});
 }
 
-/// The constructor's arguments for a formula's meshes; an empty tuple if it has no meshes.
 template <class Formula>
-nb::tuple mesh_arrays(const Formula& formula) {
+AnyTuple mesh_arrays(const Formula& formula) {
     const bob::Meshes& meshes = formula.meshes();
     if (meshes.empty()) return nb::make_tuple();
     std::size_t vertices = 0, triangles = 0;
@@ -208,7 +208,6 @@ Values evaluate(const bob::Expression& f, const Array<const double, -1, 3>& poin
     return result;
 }
 
-/// (n, 3): linear RGB.
 Array<double, -1, 3> evaluate_colors(const bob::ColorFormula& f, const Array<const double, -1, 3>& points) {
     auto result = make_array<double, -1, 3>(points.shape(0), 3);
     interruptible([&] {
@@ -240,29 +239,37 @@ std::size_t hash(const Formula& formula) {
 void bind_formula(nb::module_& m) {
     nb::exception<bob::TooLarge>(m, "TooLargeError", PyExc_ValueError);
 
-    nb::class_<bob::Expression>(m, "Expression")
+    nb::class_<bob::Expression>(m, "Expression",
+        "A formula f(x, y, z), immutable; equal if its nodes are.\n\n"
+        "Node i has the number of an op, ops[i]; up to three earlier nodes, operands[i]; and a constant's value, a power's exponent, the "
+        "place of a mesh, or 1 of a select at which the formula does not jump, values[i]. The last node is the result. Meshes are there "
+        "one after the other: `mesh_sizes` (m, 2), how many vertices and triangles each has, `mesh_vertices` (v, 3), -1..1, and "
+        "`mesh_triangles` (t, 3). ValueError if they are no formula.")
         .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert(),
              "mesh_sizes"_a.noconvert() = nb::none(), "mesh_vertices"_a.noconvert() = nb::none(),
              "mesh_triangles"_a.noconvert() = nb::none())
         .def_prop_ro("ops", &ops<bob::Expression>, nb::rv_policy::move)
         .def_prop_ro("operands", &operands<bob::Expression>, nb::rv_policy::move)
         .def_prop_ro("values", &values<bob::Expression>, nb::rv_policy::move)
-        .def_prop_ro("mesh_arrays", &mesh_arrays<bob::Expression>)
+        .def_prop_ro("mesh_arrays", &mesh_arrays<bob::Expression>, "Its meshes as the constructor takes them; empty if it has none.")
         .def("uses", [](const bob::Expression& f, std::string_view op) { return f.uses(find_op(op)); }, "op"_a)
-        .def("__call__", &evaluate, "points"_a.noconvert())
+        .def("__call__", &evaluate, "points"_a.noconvert(), "The values at points (n, 3), in double precision.")
         .def("__len__", [](const bob::Expression& f) { return f.nodes().size(); })
-        .def(nb::self == nb::self)
+        .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"))
         .def("__hash__", &hash<bob::Expression>)
         .def("__str__", [](const bob::Expression& f) { return bob::to_text(f); })
         .def("__repr__", [](const bob::Expression& f) { return "<Expression " + bob::to_text(f, 60) + ">"; })
-        .def("__reduce__", [](nb::handle self) {
+        .def("__reduce__", [](nb::handle self) -> AnyTuple {
             const auto& f = nb::cast<const bob::Expression&>(self);
             return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f)) + mesh_arrays(f));
         });
 
-    m.def("distance_to_mesh", &distance_to_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert());
+    m.def("distance_to_mesh", &distance_to_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
+          "The signed distance from a mesh, (v, 3) and (t, 3); ValueError unless it is closed.");
 
-    nb::class_<bob::ColorFormula>(m, "ColorFormula")
+    nb::class_<bob::ColorFormula>(m, "ColorFormula",
+        "A colour (r, g, b)(x, y, z), linear RGB, immutable; equal if its nodes and roots are.\n\n"
+        "Nodes are as of an Expression; red, green and blue are the nodes `roots`. ValueError if they are no formula.")
         .def("__init__", &init_color_formula, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert(),
              "roots"_a.noconvert(), "mesh_sizes"_a.noconvert() = nb::none(), "mesh_vertices"_a.noconvert() = nb::none(),
              "mesh_triangles"_a.noconvert() = nb::none())
@@ -272,9 +279,10 @@ void bind_formula(nb::module_& m) {
         .def_prop_ro("values", &values<bob::ColorFormula>, nb::rv_policy::move)
         .def_prop_ro("roots", &roots, nb::rv_policy::move)
         .def_prop_ro("mesh_arrays", &mesh_arrays<bob::ColorFormula>)
-        .def("__call__", &evaluate_colors, "points"_a.noconvert())
+        .def("__call__", &evaluate_colors, "points"_a.noconvert(),
+             "The colours (n, 3), clamped to 0..1, at points (n, 3), in double precision.")
         .def("__len__", [](const bob::ColorFormula& f) { return f.nodes().size(); })
-        .def(nb::self == nb::self)
+        .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"))
         .def("__hash__", [](const bob::ColorFormula& f) {
             std::size_t h = hash(f);
             for (const std::uint32_t root : f.roots()) h = mixed(h, root);
@@ -283,12 +291,12 @@ void bind_formula(nb::module_& m) {
         .def("__repr__", [](const bob::ColorFormula& f) {
             return "<ColorFormula of " + std::to_string(f.nodes().size()) + " steps>";
         })
-        .def("__reduce__", [](nb::handle self) {
+        .def("__reduce__", [](nb::handle self) -> AnyTuple {
             const auto& f = nb::cast<const bob::ColorFormula&>(self);
             return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f), roots(f)) + mesh_arrays(f));
         });
 
-    nb::class_<Graph>(m, "Graph")
+    nb::class_<Graph>(m, "Graph", "Builds expressions. Its values are integers; those of another graph are refused with a ValueError.")
         .def(nb::init<>())
         .def("x", &Graph::x)
         .def("y", &Graph::y)
@@ -296,8 +304,8 @@ void bind_formula(nb::module_& m) {
         .def("constant", &Graph::constant, "value"_a)
         .def("unary", &Graph::unary, "op"_a, "a"_a, "exponent"_a = 0)
         .def("binary", &Graph::binary, "op"_a, "a"_a, "b"_a)
-        .def("select", &Graph::select, "a"_a, "b"_a, "c"_a)
-        .def("piecewise", &Graph::piecewise, "a"_a, "b"_a, "c"_a)
+        .def("select", &Graph::select, "a"_a, "b"_a, "c"_a, "b where a < 0, else c.")
+        .def("piecewise", &Graph::piecewise, "a"_a, "b"_a, "c"_a, "The same where b and c meet.")
         .def("substitute", &Graph::substitute, "f"_a, "x"_a, "y"_a, "z"_a)
         .def("substitute_color", &Graph::substitute_color, "f"_a, "x"_a, "y"_a, "z"_a)
         .def("expression", &Graph::expression, "root"_a)

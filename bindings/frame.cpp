@@ -30,8 +30,10 @@ std::string name_of(bob::Completion completion) { return std::string(bob::comple
 }  // namespace
 
 void bind_frame(nb::module_& m) {
-    m.def("parallax", &bob::parallax, "before"_a, "after"_a, "height"_a, "width"_a);
-    nb::class_<bob::FrameConstants>(m, "FrameConstants")
+    m.def("parallax", &bob::parallax, "before"_a, "after"_a, "height"_a, "width"_a,
+          "The median motion of near points past points behind half of all depth, as a share of the picture's height; infinite if most of "
+          "the picture was behind the first camera.");
+    nb::class_<bob::FrameConstants>(m, "FrameConstants", "Of the planner, as core/frame/pace.h explains them.")
         .def(nb::init<>())
         .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
         .def_rw("margin", &bob::FrameConstants::margin)
@@ -40,7 +42,9 @@ void bind_frame(nb::module_& m) {
         .def_rw("floor", &bob::FrameConstants::floor)
         .def_rw("fade", &bob::FrameConstants::fade)
         .def_rw("growth", &bob::FrameConstants::growth);
-    nb::class_<bob::FramePlanner>(m, "FramePlanner")
+    nb::class_<bob::FramePlanner>(m, "FramePlanner",
+        "Plans frames of `pixels` by the predicted error at the deadline. Modes: \"whole\", \"squares\", \"adaptive\", \"reproject\"; "
+        "completions: \"filling\", \"small\", \"default\". It has no clock.")
         .def("__init__", [](bob::FramePlanner* self, std::size_t pixels, const std::vector<std::string>& completions, const bob::FrameConstants& constants) {
             std::vector<bob::Completion> all;
             for (const std::string& name : completions) all.push_back(completion(name));
@@ -49,22 +53,27 @@ void bind_frame(nb::module_& m) {
         }, "pixels"_a, "completions"_a, "constants"_a = bob::FrameConstants())
         .def("traced", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds, bool is_first_round) {
             p.traced(mode(name), pixels, seconds, is_first_round);
-        }, "mode"_a, "pixels"_a, "seconds"_a, "is_first_round"_a)
+        }, "mode"_a, "pixels"_a, "seconds"_a, "is_first_round"_a,
+             "Reports the seconds that choosing and tracing pixels took; a first round covers the whole picture evenly.")
         .def("completed", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.completed(completion(name), pixels, seconds); },
              "completion"_a, "pixels"_a, "seconds"_a)
         .def("reprojected", &bob::FramePlanner::reprojected, "pixels"_a, "seconds"_a)
         .def("plan", [](bob::FramePlanner& p, double seconds, double parallax) { return name_of(p.plan(seconds, parallax)); },
-             "seconds"_a, "parallax"_a)
+             "seconds"_a, "parallax"_a, "Returns the mode of a picture with a budget of `seconds`; an infinite parallax rules out reprojection.")
         .def("plan_pixels", [](bob::FramePlanner& p, std::size_t pixels, double parallax) { return name_of(p.plan_pixels(pixels, parallax)); },
-             "pixels"_a, "parallax"_a)
+             "pixels"_a, "parallax"_a, "The same for a budget of pixels.")
         .def("completion", [](const bob::FramePlanner& p, std::string_view name, double known, double seconds) {
             return name_of(p.completion(mode(name), known, seconds));
-        }, "mode"_a, "known"_a, "seconds"_a)
+        }, "mode"_a, "known"_a, "seconds"_a,
+             "Returns the completion of a picture whose share `known` is known when a frame of `seconds` ends; infinite `seconds` if it "
+             "traces nothing more.")
         .def("for_tracing", [](const bob::FramePlanner& p, std::string_view name, std::string_view by, double seconds) {
             return p.for_tracing(mode(name), completion(by), seconds);
-        }, "mode"_a, "completion"_a, "seconds"_a)
-        .def("for_completing", [](const bob::FramePlanner& p, std::string_view name) { return p.for_completing(completion(name)); }, "completion"_a)
+        }, "mode"_a, "completion"_a, "seconds"_a, "The seconds for tracing in a frame of `seconds`.")
+        .def("for_completing", [](const bob::FramePlanner& p, std::string_view name) { return p.for_completing(completion(name)); }, "completion"_a,
+             "The seconds for completing; 0 before any measurement.")
         .def("pixels_in", [](const bob::FramePlanner& p, std::string_view name, double seconds) { return p.pace(mode(name)).pixels_in(seconds); },
-             "mode"_a, "seconds"_a)
-        .def("worthwhile", [](const bob::FramePlanner& p, std::string_view name) { return p.pace(mode(name)).worthwhile(); }, "mode"_a);
+             "mode"_a, "seconds"_a, "The number of pixels in a call of `seconds`; 0 if less than a call costs.")
+        .def("worthwhile", [](const bob::FramePlanner& p, std::string_view name) { return p.pace(mode(name)).worthwhile(); }, "mode"_a,
+             "The number of pixels that take as long as the call around them.");
 }

@@ -21,6 +21,6 @@ auto from_bytes(const nb::bytes& text) {
 }  // namespace
 
 void bind_language(nb::module_& m) {
-    m.def("run_script", &from_bytes<bob::run_script>, "source"_a);
-    m.def("parse_vm", &from_bytes<bob::parse_vm>, "text"_a);
+    m.def("run_script", &from_bytes<bob::run_script>, "source"_a, "The shape of a script; ValueError with line and column if it is none.");
+    m.def("parse_vm", &from_bytes<bob::parse_vm>, "text"_a, "The formula of a .vm file; ValueError with its line if it is none.");
 }

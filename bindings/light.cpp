@@ -2,6 +2,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <array>
@@ -51,8 +52,7 @@ void first_hits(const bob::Lighting& lighting, const bob::Camera& camera, const 
     interruptible([&] { lighting.first_hits(camera, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), planes.data()); });
 }
 
-/// Pixels at edges, (n, 2), and the first hits within them, (n, side * side, 10).
-nb::tuple hits_at_edges(const bob::Lighting& lighting, const bob::Camera& camera, const ConstPlanes& planes, int side) {
+std::tuple<Array<std::int32_t, -1, 2>, Array<float, -1, -1, -1>> hits_at_edges(const bob::Lighting& lighting, const bob::Camera& camera, const ConstPlanes& planes, int side) {
     expect(planes.shape(0) == bob::first_hit::count, "planes: expected 10 for each pixel");
     expect(side >= 1, "side: expected at least 1");
     const int height = static_cast<int>(planes.shape(1)), width = static_cast<int>(planes.shape(2));
@@ -62,7 +62,7 @@ nb::tuple hits_at_edges(const bob::Lighting& lighting, const bob::Camera& camera
     std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
     auto hits = make_array<float, -1, -1, -1>(found.size(), side * side, bob::first_hit::count);
     interruptible([&] { lighting.first_hits_within(camera, height, width, found, side, hits.data()); });
-    return nb::make_tuple(pixels, hits);
+    return {std::move(pixels), std::move(hits)};
 }
 
 void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlanes& guides, const std::optional<ConstPlane>& ground, const Planes& color,
@@ -126,23 +126,28 @@ auto next_pixels(const bob::LightHistory& history, std::size_t count, std::uint3
 }  // namespace
 
 void bind_light(nb::module_& m) {
-    nb::class_<bob::DiscLight>(m, "DiscLight")
+    nb::class_<bob::DiscLight>(m, "DiscLight",
+        "`height` is that of its cap of the unit sphere, `color` the reflection of a white, rough surface that faces it.")
         .def("__init__", [](bob::DiscLight* self, const std::array<float, 3>& direction, float height, const std::array<float, 3>& color) {
             new (self) bob::DiscLight{vector_of(direction), height, vector_of(color)};
         }, "direction"_a, "height"_a, "color"_a);
     nb::class_<bob::Environment>(m, "Environment");
-    m.def("environment", &environment, "texels"_a.noconvert());
+    m.def("environment", &environment, "texels"_a.noconvert(), "Of (H, W, 3), equirectangular. ValueError if it is too large.");
     nb::class_<bob::Lights>(m, "Lights")
         .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "radius"_a, "bounces"_a);
     nb::class_<bob::Lighting>(m, "Lighting")
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
-             "samples"_a.noconvert())
-        .def("first_hits", &first_hits, "camera"_a, "planes"_a.noconvert())
-        .def("hits_at_edges", &hits_at_edges, "camera"_a, "planes"_a.noconvert(), "side"_a);
+             "samples"_a.noconvert(), "Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on.")
+        .def("first_hits", &first_hits, "camera"_a, "planes"_a.noconvert(),
+             "Writes (10, H, W): mask, depth, normal and albedo of the scene, mask and depth of the ground, `behind`.")
+        .def("hits_at_edges", &hits_at_edges, "camera"_a, "planes"_a.noconvert(), "side"_a,
+             "Pixels of first hits (10, H, W) whose neighbours differ, (n, 2), and the hits in them, (n, side**2, 10).");
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
-          "color"_a.noconvert(), "alpha"_a.noconvert());
-    nb::class_<bob::LightHistory>(m, "LightHistory")
+          "color"_a.noconvert(), "alpha"_a.noconvert(),
+          "Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10).");
+    nb::class_<bob::LightHistory>(m, "LightHistory",
+        "Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W).")
         .def("__init__", [](bob::LightHistory* self, int height, int width) {
             expect(height >= 1 && width >= 1, "size: expected at least 1");
             new (self) bob::LightHistory(height, width);
@@ -152,14 +157,17 @@ void bind_light(nb::module_& m) {
         .def("move", [](bob::LightHistory& self, const bob::Camera& camera, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
             const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
             without_gil([&] { self.move(camera, surfaces); });
-        }, "camera"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none())
+        }, "camera"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "Reprojects all samples for another camera.")
         .def("trace", &trace_into, "lighting"_a, "camera"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "at_rest"_a,
-             "guides"_a.noconvert(), "ground"_a.noconvert().none())
-        .def("next", &next_pixels, "count"_a, "seed"_a, "at_rest"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none())
+             "guides"_a.noconvert(), "ground"_a.noconvert().none(),
+             "Adds `count` paths to each pixel, and returns their means, (n, C) of the layout.")
+        .def("next", &next_pixels, "count"_a, "seed"_a, "at_rest"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(),
+             "The pixels that need paths most, (n, 2).")
         .def("write", [](const bob::LightHistory& self, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground, const Planes& planes) {
             const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
             expect(planes.shape(0) == bob::LightHistory::plane_count && planes.shape(1) == guides.shape(1) && planes.shape(2) == guides.shape(2),
                    "planes: expected the layout's, of the picture's size");
             without_gil([&] { self.write(surfaces, planes.data()); });
-        }, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "planes"_a.noconvert());
+        }, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "planes"_a.noconvert(),
+             "Writes all samples to planes (C, H, W) of zeros.");
 }

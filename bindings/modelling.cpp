@@ -105,9 +105,8 @@ const char* kind_name(bob::Word::Kind kind) {
     return "";
 }
 
-/// (name, kind, dimensions, result dimensions, ((name, type, required, default, variadic), ...), meaning) of each word.
 /// The default of an easing, always ease.linear, is left out.
-nb::list vocabulary() {
+nb::typed<nb::list, AnyTuple> vocabulary() {
     nb::list words;
     for (const bob::Word& word : bob::vocabulary()) {
         nb::list parameters;
@@ -128,7 +127,7 @@ struct Call {
     std::vector<bob::Keyword> keywords;
 
     /// `names`: of the positional arguments, for messages.
-    Call(std::string_view word, const std::vector<bob::Parameter>& names, const nb::tuple& args, const nb::dict& kwargs) {
+    Call(std::string_view word, const std::vector<bob::Parameter>& names, const AnyTuple& args, const Keywords& kwargs) {
         const auto convert = [&](std::string_view name, nb::handle value) {
             const std::string place = std::string(word) + ": " + std::string(name) + ": ";
             try {
@@ -152,14 +151,14 @@ struct Call {
     }
 };
 
-nb::object call(std::size_t index, const nb::tuple& args, const nb::dict& kwargs) {
+AnyObject call(std::size_t index, const AnyTuple& args, const Keywords& kwargs) {
     const auto words = bob::vocabulary();
     expect(index < words.size(), "index: expected that of a word");
     const Call call(words[index].name, words[index].parameters, args, kwargs);
     return to_python(bob::call(words[index], call.positional, call.keywords));
 }
 
-nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tuple& args, const nb::dict& kwargs) {
+AnyObject call_method(const bob::Sdf& sdf, std::string_view name, const AnyTuple& args, const Keywords& kwargs) {
     const Call call(name, {}, args, kwargs);
     return to_python(bob::call_method(sdf, name, call.positional, call.keywords));
 }
@@ -167,7 +166,6 @@ nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tup
 /// Rows of x, y and the bulge of the piece to the next row's place. The last row leads to the first.
 using Outline = Array<const double, -1, 3>;
 
-/// None if the loops enclose nothing.
 std::optional<bob::Expression> region(const std::vector<Outline>& outlines) {
     std::vector<bob::Loop> loops;
     for (const Outline& outline : outlines) {
@@ -204,21 +202,28 @@ void bind_modelling(nb::module_& m) {
     nb::exception<bob::CallError>(m, "CallError", PyExc_ValueError);
     nb::exception<bob::CallTypeError>(m, "CallTypeError", PyExc_TypeError);
 
-    nb::class_<bob::Sdf>(m, "Sdf")
+    nb::class_<bob::Sdf>(m, "Sdf", "A shape of the modelling language, of 2 or 3 dimensions; k is set by `.k()`.")
         .def("__init__", &init_model, "dimensions"_a, "expression"_a, "k"_a = nb::none(), "color"_a.none() = nb::none())
         .def_ro("dimensions", &bob::Sdf::dimensions)
         .def_prop_ro("expression", [](const bob::Sdf& sdf) { return *sdf.expression; }, nb::rv_policy::move)
         .def_ro("k", &bob::Sdf::k)
         .def_prop_ro("color", [](const bob::Sdf& sdf) { return sdf.color ? std::optional(*sdf.color) : std::nullopt; },
                      nb::rv_policy::move);
-    nb::class_<bob::Easing>(m, "Easing")
+    nb::class_<bob::Easing>(m, "Easing", "A function of t, an expression in x.")
         .def("__init__", &init_easing, "expression"_a)
         .def_prop_ro("expression", [](const bob::Easing& easing) { return *easing.expression; }, nb::rv_policy::move);
 
-    m.def("vocabulary", &vocabulary);
-    m.def("call", &call, "index"_a, "args"_a, "kwargs"_a);
+    m.def("vocabulary", &vocabulary,
+          "(name, kind, dimensions, result dimensions, parameters, meaning) of each word.\n\n"
+          "A parameter is (name, type, required, default, variadic).");
+    m.def("call", &call, "index"_a, "args"_a, "kwargs"_a,
+          "Calls a word of the vocabulary. Raises CallError, CallTypeError or TooLargeError.");
     m.def("call_method", &call_method, "sdf"_a, "name"_a, "args"_a, "kwargs"_a);
-    m.def("combine", [](char op, const bob::Sdf& a, const bob::Sdf& b) { return to_python({bob::combine(op, a, b)}); },
-          "op"_a, "a"_a, "b"_a);
-    m.def("region", &region, "outlines"_a);
+    m.def("combine", [](char op, const bob::Sdf& a, const bob::Sdf& b) -> AnyObject { return to_python({bob::combine(op, a, b)}); },
+          "op"_a, "a"_a, "b"_a, "Union \"|\", intersection \"&\" or difference \"-\".");
+    m.def("region", &region, "outlines"_a,
+          "The signed distance in x and y from what closed outlines wind around; None where that is nothing.\n\n"
+          "An outline is (n, 3): x, y and the bulge of the piece from there to the next row's place, from the last to the first: the "
+          "tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a straight line. TooLargeError where the formula grows "
+          "too large.");
 }

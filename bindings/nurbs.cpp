@@ -114,9 +114,16 @@ Array<double, -1, -1> homogeneous(const Array<const double, -1, -1>& points) {
 }  // namespace
 
 void bind_nurbs(nb::module_& m) {
-    m.def("triangulate", &triangulate, "points"_a.noconvert(), "edges"_a.noconvert());
-    m.def("homogeneous", &homogeneous, "points"_a);
-    m.def("basis_derivatives", &basis_derivatives, "degree"_a, "knots"_a.noconvert(), "u"_a.noconvert(), "order"_a);
+    m.def("triangulate", &triangulate, "points"_a.noconvert(), "edges"_a.noconvert(),
+          "Triangles (t, 3) between distinct points (n, 2), in 0..2**25, of the area that an odd number of loops of edges (m, 2) "
+          "surround. ValueError if edges cross.");
+    m.def("homogeneous", &homogeneous, "points"_a,
+          "Points (n, k), each with its weight behind it, multiplied by their weights, of which the largest becomes 1.");
+    m.def("basis_derivatives", &basis_derivatives, "degree"_a, "knots"_a.noconvert(), "u"_a.noconvert(), "order"_a,
+          "The spans (k,) of parameters (k,), and the derivatives 0..order of the degree + 1 basis functions that are not zero on them, "
+          "(k, order + 1, degree + 1). Parameters outside of the domain continue its first or last span.");
     m.def("surface_derivatives", &surface_derivatives, "control_points"_a.noconvert(), "knots_u"_a.noconvert(),
-          "knots_v"_a.noconvert(), "degree_u"_a, "degree_v"_a, "u"_a.noconvert(), "v"_a.noconvert(), "order"_a);
+          "knots_v"_a.noconvert(), "degree_u"_a, "degree_v"_a, "u"_a.noconvert(), "v"_a.noconvert(), "order"_a,
+          "The partial derivatives (k, order + 1, order + 1, 3) of a surface of homogeneous control points (n, m, 4) at parameters (k,): "
+          "[:, i, j] is the i-th in u, the j-th in v. Those with i + j > order are zero.");
 }

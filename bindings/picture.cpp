@@ -34,8 +34,7 @@ using namespace nb::literals;
 
 namespace {
 
-/// (name, components, low, high, value for a miss, whether it is seen) of each channel.
-nb::list channels() {
+nb::typed<nb::list, std::tuple<nb::str, int, float, float, float, bool>> channels() {
     nb::list result;
     for (const bob::Channel& c : bob::channels::all) {
         result.append(nb::make_tuple(nb::str(c.name.data(), c.name.size()), c.components, c.low, c.high, c.missed, c.seen));
@@ -45,7 +44,6 @@ nb::list channels() {
 
 using Rays = std::tuple<Array<std::int64_t, -1>, Array<float, -1, 3>, Array<float, -1, 3>>;
 
-/// Whether each pixel's ray intersects the unit sphere, and the origins and directions of the rays that do.
 Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels) {
     const bob::Projection projection(camera, height, width);
     std::vector<std::int64_t> met;
@@ -69,7 +67,6 @@ Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels
     return {which, origins, directions};
 }
 
-/// Row, column and depth of each point.
 Array<float, -1, 3> seen(const bob::Camera& camera, int height, int width, const Points& points) {
     const bob::Projection projection(camera, height, width);
     auto result = make_array<float, -1, 3>(points.shape(0), 3);
@@ -81,7 +78,6 @@ Array<float, -1, 3> seen(const bob::Camera& camera, int height, int width, const
     return result;
 }
 
-/// The points at rows, columns and depths.
 Array<float, -1, 3> points(const bob::Camera& camera, int height, int width, const Points& seen) {
     const bob::Projection projection(camera, height, width);
     auto result = make_array<float, -1, 3>(seen.shape(0), 3);
@@ -191,16 +187,20 @@ void check_width(const bob::Layout& layout, std::size_t count, const Samples& sa
 }
 
 void bind_picture(nb::module_& m) {
-    nb::class_<bob::Layout>(m, "Layout")
+    nb::class_<bob::Layout>(m, "Layout",
+        "Channels one after the other, by names separated by commas; ValueError for an unknown name.")
         .def(nb::init<std::string_view>(), "names"_a)
         .def_prop_ro("names", &bob::Layout::names)
-        .def_prop_ro("width", &bob::Layout::width)
-        .def(nb::self == nb::self);
-    m.def("channels", &channels);
-    m.def("gbuffer_layout", &bob::gbuffer_layout, nb::rv_policy::copy);
-    m.def("remembered_layout", &bob::remembered_layout, nb::rv_policy::copy, "is_colored"_a);
+        .def_prop_ro("width", &bob::Layout::width, "Components of all channels.")
+        .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"));
+    m.def("channels", &channels,
+          "(name, components, low, high, value for a miss, whether it is seen) of each channel.");
+    m.def("gbuffer_layout", &bob::gbuffer_layout, nb::rv_policy::copy, "The layout of a G-buffer, the tracer's output; the mask comes first.");
+    m.def("remembered_layout", &bob::remembered_layout, nb::rv_policy::copy, "is_colored"_a,
+          "The same and the channels from which a moving camera shades reprojected pixels again.");
 
-    nb::class_<bob::Camera>(m, "Camera")
+    nb::class_<bob::Camera>(m, "Camera",
+        "The fields of bobrossnet.Camera; `standpoint`: its position, target and up in the unit sphere's coordinates.")
         .def("__init__", [](bob::Camera* self, float azimuth, float elevation, float roll, float zoom, std::array<float, 2> pan,
                             float fov, const std::optional<std::array<std::array<double, 3>, 3>>& standpoint) {
             new (self) bob::Camera{azimuth, elevation, roll, zoom, pan[0], pan[1], fov};
@@ -209,32 +209,43 @@ void bind_picture(nb::module_& m) {
         .def("pose", [](const bob::Camera& camera, int height, int width) {
             const auto pose = bob::Projection(camera, height, width).pose();
             return std::make_tuple(pose.right, pose.up, pose.toward, pose.origin, pose.pixel);
-        }, "height"_a, "width"_a)
-        .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert())
-        .def("seen", &seen, "height"_a, "width"_a, "points"_a.noconvert())
-        .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert())
-        .def("in_scene", &in_scene, "height"_a, "width"_a, "directions"_a.noconvert(), "places"_a.noconvert());
+        }, "height"_a, "width"_a,
+             "Axes to the right, up and toward the camera; the eye, or the picture's centre before the unit sphere; and the side of a "
+             "pixel, in perspective at a distance of 1.")
+        .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert(),
+             "The indices of pixels whose rays meet the unit sphere, (k,); the rays' origins, just outside the sphere or at the camera, "
+             "and directions, (k, 3) each.")
+        .def("seen", &seen, "height"_a, "width"_a, "points"_a.noconvert(),
+             "Row, column and depth of points (n, 3) of the unit sphere, (n, 3); row and column are NaN behind the camera.")
+        .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert(),
+             "The points, (n, 3), at rows, columns and depths (n, 3).")
+        .def("in_scene", &in_scene, "height"_a, "width"_a, "directions"_a.noconvert(), "places"_a.noconvert(),
+             "Directions (n, 3) of the screen space at rows and columns (n, 2), in the scene's axes.");
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
-    nb::class_<bob::RoundOrder>(m, "RoundOrder")
-        .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
+    nb::class_<bob::RoundOrder>(m, "RoundOrder", "The next pixels, chosen round by round from the pixels before.")
+        .def("next", &next_round, "layout"_a, "planes"_a.noconvert(),
+             "The next round, (n, 2) rows and columns; all pixels of the rounds before are in planes (C, H, W).")
         .def_prop_ro("bytes", [](const bob::RoundOrder& order) { return changing(order, [&] { return order.bytes(); }); });
-    nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
+    nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder",
+        "Pixels by need; with guides (C, H, W), also at surfaces that no traced pixel shows.")
         .def("__init__", &init_adaptive_order, "seed"_a, "height"_a, "width"_a, "guides_layout"_a = nb::none(), "guides"_a.noconvert() = nb::none());
-    nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
+    nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder",
+        "Squares of different corners, row by row, after the traced pixels of a mask (H, W). By priority, large ones first.")
         .def("__init__", [](bob::SquaresOrder* self, std::uint32_t height, std::uint32_t width, const std::optional<ConstPlane>& traced, bool by_priority) {
             if (traced) check_plane(*traced, height, width);
             using First = bob::SquaresOrder::First;
             new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr, by_priority ? First::priority : First::contrast);
         }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none(), "by_priority"_a = false);
-    m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
+    m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert(),
+          "Writes samples (n, C) to their pixels in planes (C, H, W).");
 
-    nb::class_<bob::History>(m, "History")
+    nb::class_<bob::History>(m, "History", "Reprojects samples of earlier pictures.")
         .def(nb::init<const bob::Layout&, std::uint32_t, std::uint32_t>(), "layout"_a, "height"_a, "width"_a)
         .def("add", [](bob::History& history, const bob::Camera& camera, const ConstPlanes& planes) {
             check_planes(history.layout(), planes, history.height(), history.width());
             changing(history, [&] { history.add(camera, planes.data()); });
-        }, "camera"_a, "planes"_a.noconvert())
+        }, "camera"_a, "planes"_a.noconvert(), "Adds the traced pixels of planes (C, H, W).")
         .def("expect", [](bob::History& history, const bob::Camera& camera, const Planes& planes, const Plane& off_center, const bob::Scene* scene) {
             check_planes(history.layout(), planes, history.height(), history.width());
             check_plane(off_center, history.height(), history.width());
@@ -243,12 +254,15 @@ void bind_picture(nb::module_& m) {
                 const bob::Shading shading(*scene, camera, static_cast<int>(history.height()), static_cast<int>(history.width()), history.layout(), planes.data());
                 return history.expect(camera, planes.data(), off_center.data(), shading);
             });
-        }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert(), "scene"_a.none() = nb::none())
+        }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert(), "scene"_a.none() = nb::none(),
+             "Writes reprojected samples to planes (C, H, W) and their distances from pixel centres to `off_center` (H, W); returns the "
+             "number of pixels with a surface. If the layout has the instance, the scene shades gray and colour again.")
         .def("clear", [](bob::History& history) { changing(history, [&] { history.clear(); }); })
         .def_prop_ro("bytes", [](const bob::History& history) { return changing(history, [&] { return history.bytes(); }); });
-    nb::class_<bob::RefreshOrder>(m, "RefreshOrder")
+    nb::class_<bob::RefreshOrder>(m, "RefreshOrder", "The next pixels to trace among reprojected ones.")
         .def(nb::init<std::uint32_t, std::uint32_t>(), "height"_a, "width"_a)
-        .def("begin", [](bob::RefreshOrder& order, std::uint64_t seed) { changing(order, [&] { order.begin(seed); }); }, "seed"_a)
+        .def("begin", [](bob::RefreshOrder& order, std::uint64_t seed) { changing(order, [&] { order.begin(seed); }); }, "seed"_a,
+             "Begins another picture.")
         .def("next", &next_refresh, "layout"_a, "traced"_a.noconvert(), "picture"_a.noconvert(), "off_center"_a.noconvert(),
-             "wanted"_a);
+             "wanted"_a, "The next round, (n, 2) rows and columns; traced and picture are planes (C, H, W).");
 }

@@ -42,7 +42,7 @@ bob::Digest digest_of(const nb::bytes& bytes) {
     return digest;
 }
 
-nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
+nb::bytes shape_digest(std::string_view kind, const nb::typed<nb::dict, nb::str, nb::ndarray<nb::numpy>>& tensors) {
     bob::ShapeDigest digest(kind);
     for (const nb::handle item : nb::steal<nb::list>(nb::module_::import_("builtins").attr("sorted")(tensors.items()).release())) {
         const auto [name, array] = nb::cast<std::tuple<std::string, nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>>>(item);
@@ -97,7 +97,6 @@ Array<double, 3> center(const bob::Arrangement& arrangement) {
     return result;
 }
 
-/// Low and high corners of each shape.
 Array<double, -1, 2, 3> boxes(const bob::Arrangement& arrangement) {
     auto result = make_array<double, -1, 2, 3>(arrangement.size(), 2, 3);
     for (std::size_t i = 0; i < arrangement.size(); ++i) {
@@ -107,7 +106,6 @@ Array<double, -1, 2, 3> boxes(const bob::Arrangement& arrangement) {
     return result;
 }
 
-/// The maps from the unit sphere to each shape's coordinates, in the caller's order.
 Array<double, -1, 3, 4> to_shapes(const bob::Scene& scene) {
     auto result = make_array<double, -1, 3, 4>(scene.size(), 3, 4);
     for (std::uint32_t i = 0; i < scene.size(); ++i) {
@@ -150,19 +148,12 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
     });
 }
 
-/// Planes are (normal, offset), in the unit sphere.
 bob::Scene sectioned(const bob::Scene& scene, const Array<const double, -1, 4>& planes) {
-    std::vector<bob::SectionPlane> all;
-    for (std::size_t i = 0; i < planes.shape(0); ++i) {
-        const double* const p = planes.data() + 4 * i;
-        all.push_back({{p[0], p[1], p[2]}, p[3]});
-    }
     std::optional<bob::Scene> made;
-    interruptible([&] { made.emplace(scene.sectioned(all)); });
+    interruptible([&] { made.emplace(scene.sectioned(items<bob::SectionPlane>(planes))); });
     return std::move(*made);
 }
 
-/// In the caller's order.
 std::vector<std::uint32_t> open_instances(const bob::Scene& scene) {
     std::vector<std::uint32_t> open;
     for (const std::uint32_t instance : scene.open_instances()) open.push_back(scene[instance].number);
@@ -179,7 +170,6 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
     });
 }
 
-/// Means over side x side rays in each pixel, (n, 5).
 auto trace_means(const bob::Scene& scene, const bob::Camera& camera, int height, int width, const Pixels& pixels, int side) {
     check_pixels(pixels, height, width);
     expect(side >= 1 && side <= std::numeric_limits<int>::max() / std::max(height, width), "side: expected rays that can be counted");
@@ -188,7 +178,6 @@ auto trace_means(const bob::Scene& scene, const bob::Camera& camera, int height,
     return means;
 }
 
-/// Pixels at edges, (n, 2).
 auto pixels_at_edges(const Array<const float, -1, -1, 3>& color, const ConstPlane& alpha) {
     expect(color.shape(0) == alpha.shape(0) && color.shape(1) == alpha.shape(1), "alpha: expected color's size");
     const int height = static_cast<int>(alpha.shape(0)), width = static_cast<int>(alpha.shape(1));
@@ -218,7 +207,7 @@ void trace_picture(bob::PictureTracing& tracing, std::size_t count, const Planes
 }  // namespace
 
 void bind_scene(nb::module_& m) {
-    nb::class_<bob::Material>(m, "Material")
+    nb::class_<bob::Material>(m, "Material", "`color` is linear RGB.")
         .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
                             double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive,
                             double transmission, double ior, const std::array<double, 3>& attenuation, double attenuation_distance) {
@@ -234,38 +223,48 @@ void bind_scene(nb::module_& m) {
         .def_ro("specular", &bob::Material::specular)
         .def_ro("shininess", &bob::Material::shininess)
         .def_ro("metallic", &bob::Material::metallic)
-        .def_ro("roughness", &bob::Material::roughness)
+        .def_ro("roughness", &bob::Material::roughness, "Below 0 of Blinn-Phong.")
         .def_prop_ro("emissive", [](const bob::Material& m) { return std::to_array(m.emissive); });
 
-    m.def("linear_color", &bob::linear_color, "text"_a);
-    m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
+    m.def("linear_color", &bob::linear_color, "text"_a, "Linear RGB of \"#rrggbb\", \"#rgb\" or a CSS color name; None of another text.");
+    m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a, "SHA-256 of a shape's kind and tensors.");
     m.def("singular_values", [](const Matrix& map) { return bob::singular_values(bob::affine_map(map.data())); },
-          "map"_a.noconvert());
-    m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a);
+          "map"_a.noconvert(), "Of the linear part of a map, (4, 4): three, the largest first.");
+    m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a,
+          "SHA-256 of a shape's digest, its transform (4, 4), and its material.");
 
-    nb::class_<bob::Arrangement>(m, "Arrangement")
+    nb::class_<bob::Arrangement>(m, "Arrangement",
+        "Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all. ValueError if they are in one point, or "
+        "beyond what float64 holds.")
         .def("__init__", &init_arrangement, "shapes"_a, "transforms"_a.noconvert(), "materials"_a)
-        .def("scene", &scene, "digests"_a)
-        .def_prop_ro("boxes", &boxes, nb::rv_policy::move)
+        .def("scene", &scene, "digests"_a,
+             "The scene in the unit sphere: in canonical order if there is a digest for each shape, else in the given order.")
+        .def_prop_ro("boxes", &boxes, nb::rv_policy::move, "(n, 2, 3): the lowest and highest coordinates of each.")
         .def_prop_ro("center", &center, nb::rv_policy::move)
         .def_prop_ro("radius", [](const bob::Arrangement& arrangement) { return arrangement.sphere().radius; });
 
-    nb::class_<bob::Scene>(m, "Scene")
+    nb::class_<bob::Scene>(m, "Scene",
+        "Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement.")
         .def("closest_hits", &closest_hits, "origins"_a.noconvert(), "directions"_a.noconvert(), "t"_a.noconvert(),
              "instance"_a.noconvert(), "primitive"_a.noconvert(), "u"_a.noconvert(), "v"_a.noconvert())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
-             "samples"_a.noconvert())
-        .def("sectioned", &sectioned, "planes"_a.noconvert())
-        .def_prop_ro("open_instances", &open_instances)
-        .def("trace_means", &trace_means, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "side"_a, nb::rv_policy::move)
-        .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
+             "samples"_a.noconvert(), "Writes samples (n, C): the first number of each says whether the ray hit.")
+        .def("sectioned", &sectioned, "planes"_a.noconvert(),
+             "The same scene, cut by planes (n, 4): normals of length 1, and offsets, in the unit sphere.")
+        .def_prop_ro("open_instances", &open_instances, "The instances that a section shows without caps, in the caller's order.")
+        .def("trace_means", &trace_means, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "side"_a, nb::rv_policy::move,
+             "The means over side x side rays in each pixel, (n, 5): whether they need more, linear RGB, coverage.")
+        .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move,
+             "(n, 3, 4): maps from the unit sphere to the coordinates of each shape's rays, in the caller's order.")
         .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
 
-    m.def("pixels_at_edges", &pixels_at_edges, "color"_a.noconvert(), "alpha"_a.noconvert(), nb::rv_policy::move);
+    m.def("pixels_at_edges", &pixels_at_edges, "color"_a.noconvert(), "alpha"_a.noconvert(), nb::rv_policy::move,
+          "The pixels, (n, 2), of color (H, W, 3) and alpha (H, W) that are far from the mean of two opposite neighbours.");
 
-    nb::class_<bob::PictureTracing>(m, "PictureTracing")
+    nb::class_<bob::PictureTracing>(m, "PictureTracing",
+        "The pixels of an order, or \"tiles\" for all of them, from rays to planes (C, H, W) that are 0 at first.")
         .def("__init__", &init_picture_tracing, "scene"_a, "camera"_a, "height"_a, "width"_a, "layout"_a, "order"_a, "seed"_a,
              nb::keep_alive<1, 2>())
-        .def("trace", &trace_picture, "count"_a, "planes"_a.noconvert())
+        .def("trace", &trace_picture, "count"_a, "planes"_a.noconvert(), "Traces until `count` pixels are done.")
         .def_prop_ro("done", &bob::PictureTracing::done);
 }

@@ -34,7 +34,6 @@ using Texels = Array<const std::uint8_t, -1, -1, 3>;
 using Alpha = Array<const std::uint8_t, -1, -1>;
 using Alphas = Array<const float, -1>;
 
-/// (T, 3, 3): for each triangle's corners.
 Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
     std::vector<bob::CornerNormals> normals;
     interruptible([&] { normals = mesh.corner_normals(); });
@@ -123,7 +122,6 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
     interruptible([&] { new (self) bob::Implicit(formula, box, color); });
 }
 
-/// (n, 3): linear RGB of a shape with colours at points, (n, 3), in the shape's units.
 Array<float, -1, 3> implicit_colors(const bob::Implicit& shape, const Array<const double, -1, 3>& points) {
     expect(shape.is_colored(), "shape: expected one with colours");
     const auto& [center, radius] = shape.sphere();
@@ -157,7 +155,6 @@ std::tuple<NewVertices, NewTriangles> dual_contour(const bob::Implicit& shape, d
     return {std::move(vertices), std::move(triangles)};
 }
 
-/// None if the formula is positive everywhere.
 std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
     std::optional<bob::Bounds> found;
     interruptible([&] { found = bob::find_bounds(formula); });
@@ -191,10 +188,13 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
     return {degree(points.size(), knots), values(knots), {points.begin(), points.end()}};
 }
 
-/// A surface, its loops and the loops' curves, as in `_core.pyi`; control points end with their weights.
+/// Control points (n, 3), each (u, v, weight), and knots.
+using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
+/// Control points (n, m, 4), each (x, y, z, weight); knots of u and of v; loops of curves.
+using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::typed<nb::sequence, nb::typed<nb::sequence, Curve>>>;
+using Surfaces = nb::typed<nb::sequence, Surface>;
+
 bob::Face face_of(const nb::handle& face) {
-    using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
-    using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     const auto [control_points, knots_u, knots_v, loops] = nb::cast<Surface>(face);
     const std::size_t size_u = control_points.shape(0), size_v = control_points.shape(1);
     const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());
@@ -212,7 +212,7 @@ bob::Face face_of(const nb::handle& face) {
 }
 
 /// `colors`: linear RGB of the faces. `numbers`: equal for pieces of one face.
-void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors,
+void init_brep(bob::Brep* self, const Surfaces& faces, double tolerance, const std::optional<Points>& colors,
                const std::optional<Array<const std::int32_t, -1>>& numbers) {
     std::vector<bob::Face> converted;
     for (const nb::handle face : faces) converted.push_back(face_of(face));
@@ -223,48 +223,34 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, con
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
-bob::Face homogeneous_face_of(const nb::handle& face) {
-    bob::Face target = face_of(face);
-    bob::make_homogeneous<3>(target.surface.control_points);
-    for (bob::TrimLoop& loop : target.loops) {
-        for (bob::NurbsCurve<2>& curve : loop) bob::make_homogeneous<2>(curve.control_points);
-    }
-    return target;
+/// Fills `size` numbers for each face by write(face, numbers), of homogeneous faces, in parallel.
+template <class Write>
+void for_each_face(const Surfaces& faces, double* numbers, std::size_t size, Write write) {
+    std::vector<bob::Face> converted;
+    for (const nb::handle face : faces) bob::make_homogeneous(converted.emplace_back(face_of(face)));
+    interruptible([&] {
+        bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) write(converted[i], numbers + size * i);
+        });
+    });
 }
 
-/// (n, 3, 2): of each face its `bob::extremes` along each of three directions.
-Array<double, -1, 3, 2> face_extremes(const nb::sequence& faces, const Array<const double, 3, 3>& directions) {
-    std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
-    auto result = make_array<double, -1, 3, 2>(converted.size(), 3, 2);
-    interruptible([&] {
-        bob::parallel_for(3 * converted.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const double* row = directions.data() + 3 * (i % 3);
-                const bob::Face& face = converted[i / 3];
-                std::ranges::copy(bob::extremes(face.surface, face.loops, {row[0], row[1], row[2]}), result.data() + 2 * i);
-            }
-        });
+Array<double, -1, 3, 2> face_extremes(const Surfaces& faces, const Array<const double, 3, 3>& directions) {
+    auto result = make_array<double, -1, 3, 2>(nb::len(faces), 3, 2);
+    for_each_face(faces, result.data(), 6, [&](const bob::Face& face, double* to) {
+        for (const auto& direction : items<std::array<double, 3>>(directions)) to = std::ranges::copy(bob::extremes(face.surface, face.loops, direction), to).out;
     });
     return result;
 }
 
-/// (n, 15): area, normal, position and inside of `bob::Moments`, of each face.
-Array<double, -1, 15> face_moments(const nb::sequence& faces) {
-    std::vector<bob::Face> converted;
-    for (const nb::handle face : faces) converted.push_back(homogeneous_face_of(face));
-    auto result = make_array<double, -1, 15>(converted.size(), 15);
-    interruptible([&] {
-        bob::parallel_for(converted.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const bob::Moments found = bob::moments(converted[i].surface, converted[i].loops);
-                double* to = result.data() + 15 * i;
-                *to++ = found.area;
-                to = std::ranges::copy(found.normal, to).out;
-                to = std::ranges::copy(found.position, to).out;
-                std::ranges::copy(found.inside, to);
-            }
-        });
+Array<double, -1, 15> face_moments(const Surfaces& faces) {
+    auto result = make_array<double, -1, 15>(nb::len(faces), 15);
+    for_each_face(faces, result.data(), 15, [](const bob::Face& face, double* to) {
+        const bob::Moments found = bob::moments(face.surface, face.loops);
+        *to++ = found.area;
+        to = std::ranges::copy(found.normal, to).out;
+        to = std::ranges::copy(found.position, to).out;
+        std::ranges::copy(found.inside, to);
     });
     return result;
 }
@@ -289,26 +275,30 @@ double radius(const bob::Shape& shape, const Matrix& map, const Array<const doub
 }  // namespace
 
 void bind_shapes(nb::module_& m) {
-    nb::class_<bob::Shape>(m, "Shape")
-        .def("bounds", &bounds, "map"_a)
-        .def("radius", &radius, "map"_a, "center"_a)
-        .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); })
-        .def_prop_ro("bytes", [](const bob::Shape& shape) { return without_gil([&] { return shape.bytes(); }); });
+    nb::class_<bob::Shape>(m, "Shape", "`map`, (4, 4), maps the shape's own units to its place.")
+        .def("bounds", &bounds, "map"_a, "The lowest and the highest coordinates, (2, 3), of the placed shape.")
+        .def("radius", &radius, "map"_a, "center"_a, "The distance from `center` to the farthest point of the placed shape.")
+        .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); },
+             "Builds the data for ray intersection, once.")
+        .def_prop_ro("bytes", [](const bob::Shape& shape) { return without_gil([&] { return shape.bytes(); }); }, "Of the data for ray intersection.");
 
-    nb::class_<bob::Picture>(m, "Picture")
+    nb::class_<bob::Picture>(m, "Picture",
+        "`texels` (height, width, 3) are sRGB, from the top row down, `alpha` (height, width); they must not change while it lives.")
         .def("__init__", &init_picture, "texels"_a.noconvert(), "alpha"_a.noconvert().none() = nb::none())
         .def_prop_ro("bytes", &bob::Picture::bytes);
 
-    nb::class_<bob::Texture>(m, "Texture")
+    nb::class_<bob::Texture>(m, "Texture", "A picture, which others may share, and how it wraps: repeat, clamp or mirror.")
         .def("__init__", &init_texture, "picture"_a, "across"_a, "down"_a)
         .def("__call__", &texture_colors, "uv"_a.noconvert(), "widths"_a.noconvert());
 
-    nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
+    nb::class_<bob::Mesh, bob::Shape>(m, "Mesh",
+        "The arrays, `vertices` (v, 3), `triangles` (t, 3), `normals` and `colors` (v, 3), `face_colors` (t, 3), `uv` (v, 2) and `alphas` "
+        "(v,), must not change while it lives.")
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
              "normals"_a.noconvert().none(), "colors"_a.noconvert().none() = nb::none(),
              "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none(),
              "alphas"_a.noconvert().none() = nb::none(), "alpha_cutoff"_a = 0)
-        .def("corner_normals", &corner_normals)
+        .def("corner_normals", &corner_normals, "The unit normals at the corners of its triangles, (t, 3, 3).")
         .def_prop_ro("bvh_bytes", [](const bob::Mesh& mesh) { return without_gil([&] { return mesh.bvh_bytes(); }); });
 
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
@@ -316,20 +306,25 @@ void bind_shapes(nb::module_& m) {
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
         .def_prop_ro("is_coarse", [](const bob::Implicit& s) { return s.cells().is_coarse(); })
         .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays)
-        .def("dual_contour", &dual_contour, "step"_a)
-        .def("colors", &implicit_colors, "points"_a.noconvert());
-    m.def("find_bounds", &find_bounds, "formula"_a);
-    m.def("vm_solid", &vm_solid, "formula"_a);
+        .def("dual_contour", &dual_contour, "step"_a,
+             "Vertices (v, 3) and triangles (t, 3), anticlockwise seen from outside. ValueError if there are too many.")
+        .def("colors", &implicit_colors, "points"_a.noconvert(), "Linear RGB (n, 3) at points (n, 3), of a shape with colours.");
+    m.def("find_bounds", &find_bounds, "formula"_a,
+          "A box (2, 3) around the inside of a formula; None if it has none, ValueError if it does not end.");
+    m.def("vm_solid", &vm_solid, "formula"_a, "The solid of a .vm file's formula, its bounds, and whether they cut it.");
 
-    m.def("face_extremes", &face_extremes, "faces"_a, "directions"_a);
-    m.def("face_moments", &face_moments, "faces"_a);
-    nb::class_<bob::Brep, bob::Shape>(m, "Brep")
+    m.def("face_extremes", &face_extremes, "faces"_a, "directions"_a,
+          "(n, 3, 2): the smallest and largest products of each face's points with each of three directions (3, 3).");
+    m.def("face_moments", &face_moments, "faces"_a,
+          "(n, 15): of each face its area, the integral (3,) of its unit normal, that of position times normal, (3, 3), and (u, v) of a "
+          "point inside.");
+    nb::class_<bob::Brep, bob::Shape>(m, "Brep", "ValueError if the trims leave nothing.")
         .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none(),
              "numbers"_a.noconvert().none() = nb::none())
         .def_prop_ro("is_coarse", [](const bob::Brep& s) { return s.pieces().is_coarse; })
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });
-    nb::class_<bob::Tube, bob::Shape>(m, "Tube")
+    nb::class_<bob::Tube, bob::Shape>(m, "Tube", "`control_points` (n, 5), each (x, y, z, radius, weight).")
         .def("__init__", &init_tube, "control_points"_a.noconvert(), "knots"_a.noconvert())
         .def_prop_ro("pieces", &bob::Tube::pieces);
 }

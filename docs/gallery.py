@@ -447,7 +447,7 @@ SECTIONS = [
         "NURBS",
         NURBS,
         "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. The code starts with"
-        " what the pictures share.",
+        " functions that several pictures use.",
         columns=4,
         helpers=NURBS_HELPERS,
     ),
@@ -500,9 +500,9 @@ def strip(names: list[str]) -> NDArray[np.uint8]:
 
 HEAD = """# Gallery
 
-What the [modelling language](modelling.md) can express, and what else can be traced. Each picture's code is below
-it; it needs `from bobrossnet.sdf import *` and `import bobrossnet as bob`. `bob.trace` draws what the last line makes.
-Every pixel is traced.
+Pictures of the [modelling language](modelling.md), of other implicit surfaces, and of NURBS. Each picture's code is
+below it; it needs `from bobrossnet.sdf import *` and `import bobrossnet as bob`. `bob.trace` draws the result of the
+last line. Every pixel is traced.
 
 Made by docs/gallery.py.
 """

@@ -137,37 +137,29 @@ def _called(word: Word) -> str:
 
 STUB = '''"""{title} Made by docs/modelling.py."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet._core import ColorFormula
 {imports}
-Vector: TypeAlias = Sequence[float] | NDArray[Any]
-Size: TypeAlias = float | Vector
-Points: TypeAlias = Sequence[Vector] | NDArray[Any]
-Easing: TypeAlias = Callable[[Any], Any]
-Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
-
-__all__ = [
-{names}
-]
-
 {constants}
 
 class {shape}({base}):
 {methods}
 {functions}'''
 
+IMPORTS = {
+    2: """from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.sdf.words import Color, Easing, Flat, Points, Size, Vector
+""",
+    3: """from bobrossnet.sdf.d2 import SDF2
+from bobrossnet.sdf.solid import Solid
+from bobrossnet.sdf.words import Color, Easing, Size, Vector
+""",
+}
+
 EASING_STUB = '''"""Easing functions: from 0 at t = 0 to 1 at t = 1. Made by docs/modelling.py."""
 
 from typing import Any
-
-__all__ = [
-{names}
-]
 
 {functions}'''
 
@@ -190,10 +182,7 @@ def stub(dimensions: int) -> str:
     names = ["ORIGIN", "X", "Y", "UP"] if flat else ["ORIGIN", "X", "Y", "Z", "UP"]
     return STUB.format(
         title=f"Shapes in {'two' if flat else 'three'} dimensions, and operations on them.",
-        imports="from bobrossnet.sdf.d3 import SDF3\nfrom bobrossnet.sdf.words import Flat\n"
-        if flat
-        else "from bobrossnet.sdf.d2 import SDF2\nfrom bobrossnet.sdf.solid import Solid\n",
-        names=_listed(sorted([*names, f"SDF{dimensions}", *(word.name for word in words)])),
+        imports=IMPORTS[dimensions],
         constants="\n".join(f"{name}: NDArray[np.int_]" for name in names),
         shape=f"SDF{dimensions}",
         base="Flat" if flat else "Solid",
@@ -208,12 +197,7 @@ def easing_stub() -> str:
     for word in words:
         k = "".join(f", {parameter.name}: float = ..." for parameter in word.parameters[1:])
         functions.append(f'def {word.name}(t: Any{k}) -> Any:\n    """{word.meaning}"""\n')
-    names = _listed(sorted(word.name for word in words))
-    return EASING_STUB.format(names=names, functions="\n".join(functions))
-
-
-def _listed(names: list[str]) -> str:
-    return "\n".join(f'    "{name}",' for name in names)
+    return EASING_STUB.format(functions="\n".join(functions))
 
 
 def _definition(word: Word, method: bool = False) -> str:

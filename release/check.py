@@ -23,11 +23,11 @@ from foreign import debian_python, install_for, windows_loader
 from platforms import PLATFORMS, STABLE_ABI, Platform
 from wheels import BUILD, ROOT, environment
 
+sys.path.append(str(ROOT / "tests"))
+from instruction_set import best_instruction_set
+
 WORK = ROOT / "build/check-wheels"
 MOST_BYTES = 8_000_000
-
-AVX2 = {"avx2", "fma", "bmi1", "bmi2", "abm", "f16c", "movbe", "popcnt"}
-AVX512 = AVX2 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 
 ON_ARM = [
     "adaptive",
@@ -164,8 +164,7 @@ def check_installed(report: Report, platform: Platform, wheel: Path, python: Pat
     got = smoke([own])
     how = f"Python {got['python']}"
     report.say(platform.tag, f"installed, {how}", str(got["package"]), str(folder) in str(got["package"]))
-    flags = set(re.search(r"^flags\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[1].split())
-    best = "avx512" if flags >= AVX512 else "avx2" if flags >= AVX2 else "baseline"
+    best = best_instruction_set()
     report.say(
         platform.tag, f"instruction set, {how}", f"{got['isa']}, and /proc/cpuinfo has {best}", got["isa"] == best
     )

@@ -65,17 +65,8 @@ def serve() -> None:
         server.shutdown()
 
 
-def check_instructions() -> None:
-    """The instruction set is the one reported by the system."""
-    cpuinfo = Path("/proc/cpuinfo")
-    flags = cpuinfo.read_text("utf-8").split() if cpuinfo.is_file() else []
-    if "avx2" in flags and "fma" in flags:
-        assert _core.isa() in ("avx2", "avx512"), _core.isa()
-
-
 def run() -> None:
     make_files()
-    check_instructions()
     if not BROWSER:
         run_commands()
         serve()

@@ -1,5 +1,6 @@
 """Documents: their examples run, their links resolve, their constants equal the code's."""
 
+import ast
 import doctest
 import pkgutil
 import re
@@ -146,6 +147,13 @@ def test_what_is_made_from_the_modelling_table_is_current():
     spec.loader.exec_module(modelling)
     for path, text in modelling.files().items():
         assert path.read_text() == text, f"{path}: run python docs/modelling.py"
+
+
+def test_the_stub_of_the_core_is_current(monkeypatch):
+    pytest.importorskip("nanobind.stubgen")
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    stub = import_module("stub")
+    assert ast.dump(ast.parse(stub.stub())) == ast.dump(ast.parse(stub.PATH.read_text())), "run python docs/stub.py"
 
 
 @pytest.fixture

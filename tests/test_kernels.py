@@ -1,6 +1,5 @@
 """Properties of the compiled kernels and of the networks, besides their results."""
 
-import re
 import shutil
 import subprocess
 from collections import Counter
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from instruction_set import best_instruction_set
 
 from bobrossnet import _core
 from bobrossnet.learn import networks
@@ -15,19 +15,13 @@ from bobrossnet.support.machine import extra_memory
 
 OBJECTS = sorted((Path(__file__).parent.parent / "build/native").glob("CMakeFiles/kernels_*.dir/**/*.o"))
 
-AVX2 = {"avx2", "fma", "bmi1", "bmi2", "abm", "f16c", "movbe", "popcnt"}
-AVX512 = AVX2 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-"""Features required by each instruction set, by Linux' names; abm includes lzcnt."""
-
 
 def test_the_best_instruction_set_of_the_machine_is_in_use():
     """A wrong choice would be silent: equal pictures, at half the speed."""
-    cpuinfo = Path("/proc/cpuinfo")
-    flags = re.search(r"^flags\s*: (.*)$", cpuinfo.read_text(), re.MULTILINE) if cpuinfo.is_file() else None
-    if flags is None:
-        pytest.skip("needs Linux on x86-64, which says what the processor has")
-    has = set(flags[1].split())
-    assert _core.isa() == ("avx512" if has >= AVX512 else "avx2" if has >= AVX2 else "baseline")
+    best = best_instruction_set()
+    if best is None:
+        pytest.skip("needs Linux on x86-64, which lists the processor's features")
+    assert _core.isa() == best
 
 
 def kernels_of(file):

@@ -50,7 +50,7 @@ struct Paper::Images {
     struct Windows {
         int input = 0, encoded1 = 0, encoded2 = 0, code = 0, decoded1 = 0, decoded2 = 0;
 
-        /// For a picture of any height of which `rows` rows are finished at a time.
+        /// For a picture of any height, finished in bands of `rows` rows.
         explicit Windows(int rows) {
             const int all = 4 * std::max(rows, period);  // then the pattern repeats
             Progress done{};

@@ -39,19 +39,59 @@ void append_simplified(std::span<const PicturePoint> curve, float tolerance, std
     }
 }
 
+/// The segments that meet at each point: at[start[point]] to at[start[point + 1]].
+struct Meetings {
+    std::vector<std::uint32_t> start, at;
+
+    Meetings(std::size_t count, std::span<const Segment> segments) : start(count + 1, 0) {
+        for (const auto& [a, b] : segments) ++start[a + 1], ++start[b + 1];
+        for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
+        at.resize(start.back());
+        std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+        for (std::uint32_t s = 0; s < segments.size(); ++s) {
+            at[next[segments[s].first]++] = s;
+            at[next[segments[s].second]++] = s;
+        }
+    }
+};
+
 }  // namespace
+
+Chains chained(std::size_t count, std::span<const Segment> segments) {
+    const auto& [start, at] = Meetings(count, segments);
+    std::vector<std::uint32_t> left(start.begin() + 1, start.end());  // past the last segment that may be unused
+    std::vector<bool> used(segments.size());
+    Chains chains;
+    const auto walk = [&](std::uint32_t point) {
+        const std::size_t first = chains.points.size();
+        chains.points.push_back(point);
+        for (;;) {
+            while (left[point] > start[point] && used[at[left[point] - 1]]) --left[point];
+            if (left[point] == start[point]) break;
+            const std::uint32_t segment = at[--left[point]];
+            used[segment] = true;
+            const auto& [a, b] = segments[segment];
+            point = a == point ? b : a;
+            chains.points.push_back(point);
+        }
+        const bool any = chains.points.size() > first + 1;
+        any ? chains.ends.push_back(static_cast<std::int64_t>(chains.points.size())) : chains.points.pop_back();
+        return any;
+    };
+    for (const auto& [a, b] : segments) {  // open chains first
+        for (const std::uint32_t point : {a, b}) {
+            while ((start[point + 1] - start[point]) % 2 == 1 && walk(point)) {}
+        }
+    }
+    for (const auto& [a, b] : segments) {
+        while (walk(a)) {}
+    }
+    return chains;
+}
 
 Curves joined(const LineNetwork& network, float tolerance) {
     const std::size_t count = network.points.size();
-    std::vector<std::uint32_t> start(count + 1, 0), at;
-    for (const auto& [a, b] : network.segments) ++start[a + 1], ++start[b + 1];
-    for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
-    at.resize(start.back());
-    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {
-        at[next[network.segments[s].first]++] = s;
-        at[next[network.segments[s].second]++] = s;
-    }
+    const auto& [start, at] = Meetings(count, network.segments);
     const auto passes = [&](std::uint32_t point) { return start[point + 1] - start[point] == 2; };
 
     Curves curves;

@@ -19,11 +19,22 @@ struct Curves {
     std::vector<std::int64_t> ends;  // of each curve, past its last point
 };
 
+using Segment = std::pair<std::uint32_t, std::uint32_t>;
+
 /// Segments between numbered points.
 struct LineNetwork {
     std::vector<PicturePoint> points;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> segments;
+    std::vector<Segment> segments;
 };
+
+/// Sequences of point numbers, one after the other. Closed ones end where they begin.
+struct Chains {
+    std::vector<std::uint32_t> points;
+    std::vector<std::int64_t> ends;  // of each chain, past its last point
+};
+
+/// Joins segments between `count` points to as few chains as possible: where more than two meet, in any way.
+[[nodiscard]] Chains chained(std::size_t count, std::span<const Segment> segments);
 
 /// Joins segments to curves, which end at points of any number of segments but two. Leaves out points within
 /// `tolerance` of the line through their neighbours, in pixels.

@@ -23,7 +23,7 @@ struct Domain {
     M nowhere{};  // all points are NaN
 };
 
-/// Detects possible NaN values of a step whose operands have none: inf - inf, 0 * inf, inf / inf. Its bounds are then
+/// Detects possible NaN values of a step with operands that are never NaN: inf - inf, 0 * inf, inf / inf. Its bounds are then
 /// NaN, or infinite on both sides. A value that is infinite on one side is valid: the minimum of a smooth union
 /// discards an exponential that overflows.
 inline void watch(const Interval& a, Domain& domain) { domain.partly |= is_nan(a.low + a.high); }

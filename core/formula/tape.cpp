@@ -120,7 +120,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     };
     auto& [steps, last_use, place] = thread_memory<Memory>();
 
-    // The last use of each node; nodes skipped by lowering have none.
+    // The last use of each node; lowering skips nodes without a use.
     if (steps.size() < count) steps.resize(count);
     last_use.assign(count, unused);
     for (const std::uint32_t root : roots) last_use[root] = count;

@@ -134,7 +134,7 @@ std::optional<Sectors> sectors_of_one(const Expression& f, std::size_t& nodes) {
     return result;
 }
 
-/// The formulas whose minimum f is; f if it is none. Nothing where they take too long.
+/// The formulas whose minimum f is; f itself if f is no minimum. Nothing where they take too long.
 std::vector<Expression> operands_of_minimum(const Expression& f) {
     struct Part {
         std::uint32_t node;

@@ -1,4 +1,4 @@
-"""Runs the targets of core/fuzz for a time each, two at once, and says what came of it; `make fuzz` calls it."""
+"""Runs each target of core/fuzz for a given time, two at once, and reports the results; `make fuzz` calls it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ CORPUS = Path(__file__).parent / "corpus"
 LONGEST = 1 << 10
 """Bytes of an input; of texts, which take words, four times as many."""
 WORDS = {"files": "files/*.cpp", "gltf": "files/gltf*.cpp", "script": "modelling/*.cpp", "vm": "formula/vm.cpp"}
-"""Of texts: where the words stand in quotes that libFuzzer puts into them."""
+"""Targets that read text. libFuzzer inserts the quoted words of each file."""
 
 
 def run(binary: Path, seconds: int) -> bool:
-    """Run one target, print one line, or more about a crash; return whether there was none."""
+    """Run one target, print one line, or more about a crash; return True without a crash."""
     name = binary.name.removeprefix("fuzz_")
     found, crashes = (binary.parent / folder / name for folder in ("corpus", "crashes"))
     found.mkdir(parents=True, exist_ok=True)

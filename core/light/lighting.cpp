@@ -228,7 +228,7 @@ struct Path {
     float change = 0;       // of its light for each radian that the eye turns by
     Media media;
     bool through_glass = false;
-    bool to_ground = false; // rather than to the eye: what it brings takes from the shadow there
+    bool to_ground = false; // rather than to the eye: its light reduces the shadow there
 };
 
 /// Light on its way, which arrives unless something is between.
@@ -305,7 +305,7 @@ private:
                 if (met[i].kind == Met::ground) shade_ground(path, met[i]);
                 if (met[i].kind != Met::surface) continue;
             } else if (met[i].kind == Met::sky) {
-                // Of the ground's own sky, only what lies before it counts.
+                // A path from the ground counts light of the sky only after a surface reflected it.
                 if (!path.to_ground || surface > 1) arrive(path, escaped(rays_[i].direction, path.density));
                 continue;
             }
@@ -458,7 +458,7 @@ private:
             send_light(toward, luminance(disc.color) * toward.z * (disc.height > 0 ? 2 / (2 - disc.height) : 1));
         }
         const auto [choice, u, v, other] = sequence(1);
-        // What hides the sky shines itself: the path goes on there.
+        // A surface that hides the sky reflects light: the path continues there.
         const Ray ray{origin, cosine_weighted(u, v)};
         if (!(ray.direction.z > 0) || entry(ray) < 0) return;
         Path on = path;

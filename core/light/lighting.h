@@ -20,7 +20,7 @@ struct Draws {
     std::span<const std::uint32_t> first;  // of each pixel: how many it had before
     std::uint32_t count;                   // at least 1
     std::uint64_t seed;                    // of the picture
-    bool apart = false;                    // each through a place of its own in the pixel, rather than all through its centre
+    bool apart = false;                    // each through another point of the pixel, rather than all through its centre
 };
 
 class Lighting {

@@ -30,7 +30,7 @@ struct DiscLight {
 struct Sky {
     Vec3 top, bottom;  // linear RGB of a white, rough surface under it alone
     std::shared_ptr<const Environment> environment = {};
-    float turn_cos = 1, turn_sin = 0;  // of the angle by which the environment is turned about z, anticlockwise seen from above
+    float turn_cos = 1, turn_sin = 0;  // the environment's rotation about z, anticlockwise seen from above
 
     [[nodiscard]] Vec3 radiance(Vec3 toward) const {
         if (environment) {
@@ -48,7 +48,7 @@ struct Sky {
 struct Lights {
     std::vector<DiscLight> discs;
     Sky sky;
-    /// Height of a plane that catches shadows, in the scene's coordinates; there is none if it is not finite.
+    /// Height of a plane that catches shadows, in the scene's coordinates; no plane if it is not finite.
     float ground = -std::numeric_limits<float>::infinity();
     float radius = 1;  // of the unit sphere, in the scene's units
     int bounces = 2;  // surfaces that a path of light meets, mirrors not counted

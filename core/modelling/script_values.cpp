@@ -310,7 +310,7 @@ Object to_object(const Value& value) {
             for (const Value& each : held->items) list.push_back(to_object(each));
             return {std::make_shared<const Object::List>(std::move(list))};
         } else if constexpr (std::is_same_v<T, double>) {
-            return {held + 0.0};  // removes the sign of zeros: Python's integers have none
+            return {held + 0.0};  // removes the sign of zeros: Python's integers have no signed zero
         } else {
             return {held};
         }

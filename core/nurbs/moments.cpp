@@ -11,7 +11,7 @@
 namespace bob {
 namespace {
 
-/// Area, normal and position, one behind the other; or what is integrated to them.
+/// Area, normal and position, in this sequence; or the integrands of these.
 constexpr std::size_t width = 13;
 using Values = std::array<double, width>;
 
@@ -19,7 +19,7 @@ void add(Values& sum, double factor, const Values& values) {
     for (std::size_t i = 0; i < width; ++i) sum[i] += factor * values[i];
 }
 
-/// Kronrod's 15 nodes in -1..1 from the middle outward, with their weights, and those of Gauss' 7 among them.
+/// Kronrod's 15 nodes in -1..1 from the middle outward, with their weights, and the weights of Gauss' 7 nodes among them.
 constexpr double nodes[] = {0.0, 0.207784955007898467600689403773245, 0.405845151377397166906606412076961,
                             0.586087235467691130294144691693012, 0.741531185599394439863864773280788,
                             0.864864423359769072789712788640926, 0.949107912342758524526189684047851,
@@ -219,7 +219,7 @@ Rectangle around(const Polygon& polygon) {
     return result;
 }
 
-/// 1 for each loop that runs so that the inside is on its left, else -1. Loops may touch: most of a loop's points say where it is.
+/// 1 for each loop that runs so that the inside is on its left, else -1. Loops may touch, so the majority of a loop's points decides.
 std::vector<int> signs_of(const std::vector<Polygon>& polygons) {
     std::vector<int> result;
     std::vector<Rectangle> boxes;

@@ -1,4 +1,4 @@
-/// Integrals over the trimmed faces of NURBS surfaces: areas, and what volumes are computed from.
+/// Integrals over the trimmed faces of NURBS surfaces: areas, and the terms of volumes.
 #pragma once
 
 #include <array>

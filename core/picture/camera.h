@@ -39,7 +39,7 @@ struct Camera {
 /// A camera and the size of its picture: from pixels to rays, and from points back to pixels and depths.
 ///
 /// At zoom 1, an orbiting orthographic camera fits the unit sphere exactly into the shorter side of the picture. A
-/// perspective camera stands at the distance where it does so too.
+/// perspective camera has the distance where it does so too.
 class Projection {
 public:
     Projection(const Camera& camera, int height, int width)

@@ -112,8 +112,13 @@ Solid find_solid(const Shape& shape, std::size_t parts, std::span<const Ray> lin
     return solid;
 }
 
-void starts_inside(const Shape& shape, const Solid& solid, const SidesOf& sides, std::span<const Ray> rays, std::span<const Hit> hits,
-                   std::span<std::uint8_t> inside) {
+bool SurfaceShape::prepare_inside() const {
+    solid_.prepare([&] { return find_solid(); });
+    return solid_.get()->is_closed;
+}
+
+void SurfaceShape::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
+    const Solid& solid = *solid_.get();
     std::vector<Side> first(rays.size());
     sides(rays, hits, first);
     for (std::size_t i = 0; i < rays.size(); ++i) inside[i] = !solid.is_entered(first[i]);
@@ -127,11 +132,16 @@ void starts_inside(const Shape& shape, const Solid& solid, const SidesOf& sides,
         const float t = hits[i].t + step / length(rays[i].direction);
         open.push_back({rays[i].origin + t * rays[i].direction, rays[i].direction}), numbers.push_back(i);
     }
-    follow(shape, sides, std::move(open), std::move(numbers), [&](std::uint32_t ray, const Side& side) {
+    const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
+    follow(*this, sides_of, std::move(open), std::move(numbers), [&](std::uint32_t ray, const Side& side) {
         left[ray] += solid.is_entered(side) ? -1 : 1;
         return left[ray] <= 0;
     });
     for (std::size_t i = 0; i < rays.size(); ++i) inside[i] = inside[i] || left[i] > 0;
+}
+
+void SurfaceShape::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {
+    std::fill_n(colors.begin(), points.size(), solid_.get()->color);
 }
 
 Ray line_through(Vec3 point, Vec3 normal, std::uint32_t number) {

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/once.h"
 #include "shapes/shape.h"
 
 namespace bob {
@@ -35,11 +36,27 @@ struct Solid {
 /// From lines that cross all parts. Each begins outside the unit sphere and has a direction of length 1.
 [[nodiscard]] Solid find_solid(const Shape& shape, std::size_t parts, std::span<const Ray> lines, const SidesOf& sides);
 
-/// Whether each ray starts inside; `hits` are its first. Where nothing overlaps, a ray that leaves first starts inside.
-void starts_inside(const Shape& shape, const Solid& solid, const SidesOf& sides, std::span<const Ray> rays, std::span<const Hit> hits,
-                   std::span<std::uint8_t> inside);
-
 /// A line through a point of the unit sphere, which turns with `number` about a normal of any length.
 [[nodiscard]] Ray line_through(Vec3 point, Vec3 normal, std::uint32_t number);
+
+/// A shape made of surfaces that may enclose a solid.
+class SurfaceShape : public Shape {
+public:
+    [[nodiscard]] bool prepare_inside() const override;
+    /// Where nothing overlaps, a ray that leaves first starts inside.
+    void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
+    /// The most frequent colour of the surface.
+    void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override;
+
+protected:
+    using Shape::Shape;
+
+    [[nodiscard]] virtual Solid find_solid() const = 0;
+    /// The side at each hit.
+    virtual void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const = 0;
+
+private:
+    mutable Once<Solid> solid_;
+};
 
 }  // namespace bob

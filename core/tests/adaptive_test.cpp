@@ -71,7 +71,7 @@ TEST(an_adaptive_order_follows_an_edge) {
         const auto planes = planes_of(256, 256, [&](int row, int column) { return 0.9f * static_cast<float>(column) + 0.4f * static_cast<float>(row) < 170 ? 0.8f : other; });
         const auto pixels = sequence(256, 256, planes, 256 * 256 / 20);
         const auto near = std::count_if(pixels.begin(), pixels.end(), [&](bob::Pixel p) { return far(p.row, p.column) < 4; });
-        CHECK_LT(5 * 256 * 256 / 20 * 8 / 256, near);  // five times as many as of a lattice
+        CHECK_LT(5 * 256 * 256 / 20 * 8 / 256, near);  // five times a lattice's
         std::vector<bool> traced(256 * 256);
         for (const auto [row, column] : pixels) traced[static_cast<std::size_t>(row * 256 + column)] = true;
         int on_edge = 0, found = 0;
@@ -84,7 +84,7 @@ TEST(an_adaptive_order_follows_an_edge) {
 }
 
 TEST(an_adaptive_order_follows_a_wire_to_its_ends) {
-    // One pixel wide: most of it lies between the pixels of any coarse lattice.
+    // One pixel wide, so it lies mostly between the pixels of any coarse lattice.
     const auto on_wire = [](int row, int column) { return row > 20 && row < 235 && column == 60 + row / 2; };
     const auto planes = planes_of(256, 256, [&](int row, int column) { return on_wire(row, column) ? 0.8f : 0.f; });
     int found = 0;
@@ -127,6 +127,6 @@ TEST(what_is_like_no_corner_comes_first) {
     const double knowing = on_bars([&](bob::Pixel own, bob::Pixel other) { return is_bar(own) == is_bar(other) ? 1.f : 0.f; });
     CHECK_LT(blind, 0.01);
     CHECK_LT(0.04, knowing);
-    // What is alike everywhere changes nothing.
+    // A channel that is the same everywhere changes nothing.
     CHECK_EQ(on_bars([](bob::Pixel, bob::Pixel) { return 1.f; }), blind);
 }

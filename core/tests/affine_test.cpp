@@ -63,7 +63,7 @@ TEST(singular_values_of_turned_stretches) {
     for (const double unit : {1e-200, 1., 1e150}) {
         for (const double small : {1e-9, 0.3, 1.}) {
             for (int i = 0; i < 50; ++i) {
-                // Stretched between two turns, about axes of their own.
+                // Stretched between two turns about different axes.
                 bob::AffineMap map = diagonal(unit, 2 * unit, small * unit);
                 for (const bool before : {false, true}) {
                     for (int axis = 0; axis < 3; ++axis) {

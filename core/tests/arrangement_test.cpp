@@ -27,7 +27,7 @@ Point moved(const bob::AffineMap& map, const Point& p) {
 
 double distance(const Point& p, const double* center) { return std::hypot(p[0] - center[0], p[1] - center[1], p[2] - center[2]); }
 
-/// That a shape reaches just as far as points that lie on it, or up to `slack` farther.
+/// A shape reaches exactly to the points that lie on it, or up to `slack` farther.
 void check_extents(const bob::Shape& shape, const std::vector<Point>& points, double slack) {
     const double center[3] = {2, -2, 0.4};
     const bob::Bounds found = shape.bounds(place);

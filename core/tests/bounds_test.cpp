@@ -1,4 +1,4 @@
-/// The formula evaluators over boxes: bounds of values, what boxes decide, and narrowing by slopes, against samples.
+/// The formula evaluators over boxes, compared with samples: bounds of values, decisions, and narrowing by slopes.
 #include "formula/text.h"
 #include "formulas.h"
 
@@ -141,7 +141,7 @@ TEST(bounds_are_sharp_where_each_variable_stands_once) {
 }
 
 TEST(narrowed_bounds_hold_every_value) {
-    // Slopes bound f itself; what the kernels compute differs from it by rounding, at the sample and at the centre.
+    // Slopes bound f itself. The kernels' values differ from f by rounding, at the sample and at the centre.
     int narrowed = 0, all = 0;
     for_random_boxes(3, 10000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
@@ -193,7 +193,7 @@ TEST(narrowing_sees_what_cancels) {
 }
 
 TEST(slopes_that_tell_less_than_values_are_unknown) {
-    // A smooth union's are quotients of sums of exponentials, each of which may be thousands of times as large elsewhere in the box.
+    // Slopes of a smooth union are quotients of sums of exponentials, and each sum may be thousands of times larger elsewhere in the box.
     test::for_each_isa([] {
         bob::Graph g;
         const bob::Value a = g.x() - 0.2, b = g.y() + 0.1;
@@ -232,7 +232,7 @@ TEST(slopes_of_angles_hold_the_true_one_where_squares_overflow) {
 }
 
 TEST(specialised_formulas_have_the_same_values_within_their_box) {
-    // To the bit, but where the algebra of what is left puts sums together otherwise.
+    // Equal to the bit, except where the algebra of the remaining branches reorders sums.
     int identical = 0, judged = 0, shorter = 0;
     for_random_boxes(4, 10000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes,
                                    const std::vector<Decision>& decisions) {
@@ -279,8 +279,8 @@ TEST(what_is_left_out_says_what_is_left) {
 }
 
 TEST(boxes_decide) {
-    // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): what a box decides, and what it leaves open; of a select
-    // that meets the same.
+    // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): decided and undecided boxes, and a select of two equal
+    // branches.
     test::for_each_isa([] {
         struct Case {
             Op op;

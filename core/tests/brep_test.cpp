@@ -18,10 +18,10 @@ using test::Random;
 
 namespace {
 
-// How far hits may lie from the surface, in units: that of float32's rounding of t, origin and control points.
+// Largest distance of hits from the surface, in scene units: float32's rounding of t, origin and control points.
 constexpr double near_surface = 1e-6;
 
-/// A failure says in which case it came.
+/// Failures name the case.
 template <class... Words>
 void expect(bool condition, const Words&... words) {
     if (condition) return;
@@ -366,7 +366,7 @@ private:
 
 constexpr auto everything = [](double, double) { return true; };
 
-/// How far a hit is from the surface, and from the point of its parameters as a share of what it may be.
+/// Distances of a hit from the surface, and from the point of its parameters as a share of the tolerance.
 struct Miss {
     double above, aside;
 };
@@ -387,7 +387,7 @@ struct Named {
     NurbsSurface surface;
 };
 
-/// What is hard to meet, all of it in -1..1.
+/// Shapes that are hard to intersect, all within -1..1.
 std::vector<Named> zoo() {
     std::vector<Named> all;
     const auto bezier = [](int degree) { return clamped(degree, degree + 1); };
@@ -598,7 +598,7 @@ TEST(brep_rays_begin_anywhere_and_have_any_length) {
             const Hit hit = trace(ball, {origin, direction});
             const double b = dot(point(origin), point(direction)), c = dot(point(origin), point(origin)) - 1;
             CHECK_NEAR(hit.t, -b + std::sqrt(b * b - c), 1e-5);
-            // What lies behind is not seen, nor what lies where a ray begins, but for rounding.
+            // A ray sees nothing behind it and nothing at its origin, up to rounding.
             const Ray from_it{rounded(along({origin, direction}, hit.t + 1e-6)), direction};
             CHECK(!found(trace(ball, from_it)));
             const Ray back{rounded(along({origin, direction}, hit.t - 1e-5)), direction};

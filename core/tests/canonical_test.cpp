@@ -1,4 +1,4 @@
-/// SHA-256 and what is said of shapes with it.
+/// SHA-256, and digests of shapes.
 #include "tracing/canonical.h"
 
 #include <cstring>

@@ -35,7 +35,7 @@ double convolved(const Planes& input, const std::vector<float>& weight, const st
     return sum;
 }
 
-/// Of an image of which a share is not 0.
+/// Channels of an image with a share of pixels other than 0.
 void check_conv(int in, int out, int groups, int height, int width, Then then, int rows, float share) {
     test::Random random(static_cast<std::uint64_t>(in * 1000 + width));
     std::vector<float> weight(static_cast<std::size_t>(out * in / groups * 9)), bias(static_cast<std::size_t>(out));
@@ -112,7 +112,7 @@ bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage, int level
     return weights;
 }
 
-/// Those of tests/test_complete.py, and tall ones, of even and odd levels.
+/// The sizes of tests/test_complete.py, and tall ones, with even and odd levels.
 const std::pair<int, int> sizes[] = {{1, 1},    {2, 3},     {5, 7},     {1, 258},   {61, 47},  {64, 64},  {100, 70},
                                      {130, 257}, {17, 1000}, {1000, 17}, {700, 40}, {203, 21}, {1155, 3}};
 
@@ -121,9 +121,9 @@ bob::Filling filling() { return bob::Filling({{bob::channels::mask, bob::channel
 
 }  // namespace
 
-/// Widths of less than a vector, of every number of vectors in a step, and of a tile and a bit; heights that end anywhere among the
-/// rows computed at once. Where few pixels are not 0, most channels are left out in most places. 180 products of up to .3 are summed, which in turn rounds by up to 180 x .3 x 2^-24 = 3e-6; differences and
-/// results of Winograd's schemes at points near 1 round no worse (`winograd_near`), and twice is left to them.
+/// Widths: less than a vector, each number of vectors in a step, and a little over a tile. Heights end anywhere among the rows
+/// of one step. With few pixels other than 0, the kernel skips most channels in most places. A sum of 180 products of up to .3
+/// rounds by up to 180 x .3 x 2^-24 = 3e-6; Winograd's schemes at points near 1 round no worse (`winograd_near`). The limit is twice that.
 TEST(convolutions_follow_their_definition) {
     test::for_each_isa([] {
         for (const float share : {1.f, 0.01f}) {
@@ -164,7 +164,7 @@ std::vector<float> completed(Network&& network, const std::vector<float>& gbuffe
     return gray;
 }
 
-/// What a network makes of noise.
+/// The output of a network for noise.
 template <class Network>
 std::vector<float> completed(Network&& network, int height, int width) {
     return completed(network, noise(height, width), height, width);
@@ -174,7 +174,7 @@ TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
     std::vector<std::vector<float>> storage;
     const auto weights = paper_weights(storage, 4);
     const bob::Paper used(weights);
-    // All of one padded size: what a call leaves in the padding must not show in the next.
+    // All sizes have one padded size: values that a call leaves in the padding must not appear in the next result.
     for (const auto& [height, width] : {std::pair{37, 51}, {38, 50}, {40, 52}, {37, 49}, {38, 50}}) {
         CHECK(completed(used, height, width) == completed(bob::Paper(weights), height, width));
     }
@@ -209,8 +209,8 @@ TEST(large_pictures_are_completed_in_windows_of_rows) {
     });
 }
 
-/// Threads share the finest level in bands of rows; wide pictures are cut into tiles of columns too. Beside a seam, all that a
-/// pixel depends on must be computed on both sides.
+/// Threads share the finest level in bands of rows; wide pictures are cut into tiles of columns too. At a seam, both sides
+/// must compute everything that a pixel depends on.
 TEST(threads_and_tiles_leave_no_seams) {
     const int threads = bob::thread_count();
     test::for_each_isa([&] {
@@ -224,7 +224,7 @@ TEST(threads_and_tiles_leave_no_seams) {
             const auto of_filling = completed(filled, height, width);
             for (const int count : {2, 3, 8, 16}) {
                 bob::set_thread_count(count);
-                // What another picture leaves behind must not stand in for what is missing.
+                // Memory holds another picture's values. They must not replace missing ones.
                 completed(six, std::vector<float>(static_cast<std::size_t>(5 * height * width), 0.5f), height, width);
                 CHECK(completed(six, height, width) == of_pyramid);
                 CHECK(completed(paper, height, width) == of_paper);
@@ -253,7 +253,7 @@ TEST(threads_and_tiles_leave_no_seams) {
     });
 }
 
-/// Whoever completes one sees what the others do: rows are the whole picture's, whatever is left of another one.
+/// Completing rows gives the rows of the whole picture, whatever an earlier picture left in memory.
 TEST(bands_of_rows_are_those_of_the_whole_picture) {
     test::for_each_isa([] {
         std::vector<std::vector<float>> of_six, of_two, of_paper;

@@ -36,7 +36,7 @@ TEST(decimals_are_rounded_to_the_nearest_double) {
         std::snprintf(text, sizeof text, "%" PRIu64 "e%d", bits >> (i % 64), i % 60 - 30);
         check_nearest(text);
     }
-    // Halfway between doubles, and hardly beyond, in all of their digits.
+    // Halfway between doubles, and slightly beyond, with all digits.
     for (const double number : {1., 0x1.fffffffffffffp0, 0x1p-1074, 0x1p-1022, 3e-320, 1e22, 1e-5, 0x1.fffffffffffffp1023}) {
         const double next = std::nextafter(number, 1e300);
         std::snprintf(text, sizeof text, "%.1074f", number);

@@ -10,7 +10,7 @@ namespace {
 
 namespace features = bob::error_features;
 
-/// A G-buffer, and what a network made of it.
+/// A G-buffer, and its completion by a network.
 struct Picture {
     int height, width;
     std::vector<float> planes = std::vector<float>(5 * size()), gray = std::vector<float>(size());

@@ -26,7 +26,7 @@ bool refused(std::vector<bob::Node> nodes, std::string_view why) {
     return false;
 }
 
-/// What a formula becomes, as text.
+/// A formula after simplification, as text.
 template <class Build>
 std::string made(Build build) {
     bob::Graph g;
@@ -82,7 +82,7 @@ TEST(ops_pass_nan_on) {
         const Op op = static_cast<Op>(i);
         for (int k = 0; k < operands(op); ++k) {
             const double a[] = {k == 0 ? no_number : -1, k == 1 ? no_number : 2, k == 2 ? no_number : 3};
-            // A select minds only what it chooses: here b, since a is -1.
+            // A select depends only on the chosen branch: here b, since a is -1.
             const double value = op == Op::mesh_distance ? test::some_mesh()->number() : 2;
             CHECK(std::isnan(evaluate(op, value, a[0], a[1], a[2])) == !(op == Op::select && k == 2));
         }

@@ -159,7 +159,7 @@ TEST(turns_are_those_that_keep_distances_from_the_axis) {
     };
     CHECK(is_bounded(c * x - s * y, s * x + c * y));
     CHECK(is_bounded(c * (x - 1) + (y + 2) * s, s * (x - 1) - c * (y + 2)));
-    // Both grow alike, and one is a multiple of the other: without an end.
+    // Both grow at the same rate, one as a multiple of the other, without end.
     CHECK(!is_bounded(c * x + s * y, s * y + c * x));
     CHECK(!is_bounded(c * x - s * y, -(s * y - c * x)));
 }

@@ -80,7 +80,7 @@ TEST(concave_polygons_become_triangles_of_their_area) {
 }
 
 TEST(polygons_of_very_many_corners_take_bounded_time) {
-    Numbers<double> vertices;  // a comb, in which half of the corners are concave
+    Numbers<double> vertices;  // a comb: half of its corners are concave
     constexpr int teeth = 60'000;
     for (int i = 0; i < teeth; ++i) vertices.insert(vertices.end(), {double(i), i % 2 ? 1. : 2., 0});
     for (int i = teeth; i-- > 0;) vertices.insert(vertices.end(), {double(i), i % 2 ? 0.9 : 1.9, 0});

@@ -35,7 +35,7 @@ std::vector<float> floats_of_all_sizes(Random& random, int count, float low, flo
     return result;
 }
 
-/// What a kernel's result may be off by: units in the last place, and a size.
+/// Tolerance of a kernel's result: units in the last place, and an absolute error.
 struct Tolerance {
     double ulps, size;
 };
@@ -62,8 +62,8 @@ TEST(elementary_functions_match_double_precision) {
         float low, high;  // exponents of 2 of the operand
         Tolerance tolerance;
     };
-    // Absolute errors are those of results near zero: sines near multiples of pi, whose reduced operand has an error of
-    // its own; results below the least normal float. Beyond 1e4, sines have the error of pi / 2 in three parts.
+    // Absolute errors are for results near zero: sines near multiples of pi, where the reduced operand has an error, and
+    // results below the least normal float. Beyond 1e4, sines have the error of pi / 2 in three parts.
     constexpr double denormal = 2e-45;
     const Range ranges[] = {
         {Op::square, -80, 70, {0.5, denormal}}, {Op::sqrt, -140, 127, {0.5, 0}},   {Op::sin, -140, 12, {1, 2e-7}},
@@ -145,7 +145,7 @@ TEST(functions_at_special_values) {
                     // Squares, quotients and products on the way may leave the range of floats.
                     if (op == Op::hypot && std::fabs(expected) > 1e18f && !std::isinf(a) && !std::isinf(b)) continue;
                     if (op == Op::hypot && std::fabs(expected) < 1e-18f) continue;
-                    // Remainders have their own test; here, those that are NaN.
+                    // Remainders have another test; here only NaN remainders.
                     if (op == Op::modulo && !(b == 0 || std::isinf(a) || std::isnan(a + b))) continue;
                     if (op == Op::atan2 && a == 0 && b == 0) {
                         CHECK_EQ(got, 0.f);
@@ -198,7 +198,7 @@ TEST(powers_of_every_exponent) {
 }
 
 TEST(random_formulas_match_double_precision) {
-    // Within what the ops' errors, followed through the formula, add up to; a judgement is possible at most points.
+    // Within the sum of the ops' errors, followed through the formula. Most points allow a judgement.
     test::for_each_isa([] {
         Random random(3);
         int judged = 0, numbers = 0, all = 0;

@@ -1,4 +1,4 @@
-/// Random formulas, and what they are in double precision with a bound of what single precision may lose.
+/// Random formulas, and their values in double precision with a bound of single precision's error.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ inline std::size_t pick(Random& random, std::size_t count) {
     return std::min(count - 1, static_cast<std::size_t>(random() * static_cast<float>(count)));
 }
 
-/// Numbers that formulas are made of, and those where they go wrong.
+/// Numbers that formulas are made of, and numbers where they go wrong.
 inline double random_constant(Random& random) {
     constexpr double numbers[] = {0,    1,     -1,     2,    0.5,        -3,  0.1,   1e-3, -1e-4, 10,   100,
                                   1e-7, 3e-20, 1e30, -1e30, 0x1p-130, -0.0, 1e-30, 7.25, -12.5, 0x1p24, infinity};
@@ -43,7 +43,7 @@ inline const std::shared_ptr<const bob::MeshDistance>& some_mesh() {
     return mesh;
 }
 
-/// Of one to three numbers but meshes, which have formulas of their own below.
+/// Ops of one to three numbers, without meshes; formulas of meshes follow below.
 inline bob::Op random_op(Random& random) {
     constexpr auto first = static_cast<std::size_t>(bob::Op::negate), last = static_cast<std::size_t>(bob::Op::select);
     return static_cast<bob::Op>(first + pick(random, last + 1 - first));
@@ -73,8 +73,8 @@ inline bob::Expression simplified(const bob::Expression& f) {
     return g.expression(g.substitute(f, g.x(), g.y(), g.z()));
 }
 
-/// What modelling words write for the distance to a right angle, and tapes find again if `zero` is 0: a number that is 0 only
-/// as a float keeps it several steps of the same values.
+/// The distance to a right angle as modelling words write it, which tapes recognise if `zero` is 0. A number that is 0 only
+/// as a float keeps several steps of the same values.
 inline bob::Expression corner(const bob::Expression& a, const bob::Expression& b, double zero = 0) {
     bob::Graph g;
     const bob::Value p = g.copy(a), q = g.copy(b), beyond_q = max(q, zero), outside = hypot(max(p, zero), beyond_q);
@@ -123,7 +123,7 @@ struct Estimate {
     double value, error;
 };
 
-/// What an op may add to the errors of its operands, in single precision.
+/// The error that an op may add to its operands' errors, in single precision.
 inline double own_error(bob::Op op, double result, double a, double b) {
     using bob::Op;
     constexpr double ulp = 0x1p-23, tiny = 1e-44;
@@ -179,7 +179,7 @@ inline Estimate estimate(const bob::Expression& f, const Point& p) {
         }
         bool known = !std::isnan(farthest);
         error = std::isnan(value) ? 0 : error + farthest;
-        // Errors as large as the operand hide what lies between the corners; values near the end of floats overflow.
+        // Errors as large as the operand hide values between the corners; values near the end of floats overflow.
         for (int k = 0; k < count; ++k) {
             if (node.op == Op::select && k == (operand[0].value < 0 ? 2 : 1)) continue;
             const auto [of, off] = operand[k];

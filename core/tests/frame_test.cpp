@@ -17,7 +17,7 @@ constexpr std::size_t pixels = 640 * 480;
 constexpr double never = std::numeric_limits<double>::infinity();
 
 /// A machine without noise: seconds for all pixels of each mode, to complete a picture by the filling, the small network and the
-/// default one, and to reproject. What runs for the first time takes `cold` times as long.
+/// default one, and to reproject. The first run of a step takes `cold` times as long.
 struct Machine {
     std::array<double, 4> whole_picture;
     std::array<double, 3> completing = {0.002, 0.004, 0.006};
@@ -25,7 +25,7 @@ struct Machine {
     double cold = 1;
     std::array<bool, 4> is_warm{};
 
-    /// Makes a frame, and says what it took: how it was made, and whether it was in time.
+    /// Makes a frame; returns how it was made, and whether it was in time.
     struct Made {
         Mode mode;
         Completion completion;
@@ -62,7 +62,7 @@ FramePlanner planner_of(bool completes_meanwhile = false) {
     return {pixels, all, completes_meanwhile};
 }
 
-/// The mode of most of the last of many frames, how often it changed in these, and how many were late.
+/// The commonest mode of the last of many frames, how often the mode changed in these, and how many frames were late.
 struct Settled {
     Mode mode;
     int changes = 0, late = 0;
@@ -121,7 +121,7 @@ TEST(parallax_is_of_near_and_far_things) {
     CHECK(bob::parallax(camera, camera, 480, 640) < 1e-5);
     bob::Camera turned = camera;
     turned.roll_degrees = 30, turned.zoom = 1.2f, turned.pan_x = 0.1f;
-    CHECK(bob::parallax(camera, turned, 480, 640) < 1e-5);  // parallel rays: all moves alike
+    CHECK(bob::parallax(camera, turned, 480, 640) < 1e-5);  // parallel rays: everything moves by the same amount
     bob::Camera beside = camera;
     double before = 0;
     for (int degrees = 1; degrees < 60; ++degrees) {

@@ -11,7 +11,7 @@ namespace {
 const bob::Layout traced{bob::channels::mask, bob::channels::color, bob::channels::variance};
 const bob::Layout known{bob::channels::mask, bob::channels::depth, bob::channels::normal, bob::channels::albedo};
 
-/// A picture of which a share is traced, and its guides: two surfaces side by side, one twenty times as bright.
+/// A picture with a share of traced pixels, and its guides: two surfaces side by side, one twenty times as bright.
 struct Picture {
     int height, width;
     std::vector<float> planes, guides;

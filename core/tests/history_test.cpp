@@ -22,7 +22,7 @@ struct Surface {
     bob::Vec3 normal;
     float gray;
 };
-/// What a ray meets first, in closed form.
+/// The first hit of a ray, in closed form.
 using World = std::function<std::optional<Surface>(const bob::Ray&)>;
 
 std::optional<Surface> ball(const bob::Ray& ray, bob::Vec3 center, float radius, float gray) {
@@ -124,8 +124,8 @@ TEST(surfaces_are_expected_where_a_camera_that_moved_sees_them) {
 }
 
 TEST(what_comes_from_behind_a_surface_leaves_no_ghost) {
-    // The light ball moves across the dark one, of which few points are known: none shines through, and where the light
-    // ball was, nothing light is left.
+    // The light ball moves across the dark one, and few points of the dark one are known. No dark point may shine
+    // through, and nothing light may remain at the light ball's old place.
     bob::History history(layout(), height, width);
     auto planes = traced(two_balls, camera_at(-30), 3);
     history.add(camera_at(-30), planes.data());
@@ -153,7 +153,7 @@ TEST(what_comes_from_behind_a_surface_leaves_no_ghost) {
 }
 
 TEST(emptiness_gives_way_to_what_moves_over_it) {
-    // From the side the small ball stands beside the large one; then it passes before it.
+    // From the side the small ball is next to the large one; then it passes in front of it.
     bob::History history(layout(), height, width);
     history.add(camera_at(90), traced(two_balls, camera_at(90)).data());
     for (float azimuth = 86; azimuth >= 50; azimuth -= 4) {
@@ -185,7 +185,7 @@ TEST(a_history_has_at_most_a_point_for_each_pixel) {
 }
 
 TEST(edges_are_expected_to_be_as_likely_as_they_are) {
-    // A light half of a wall beside a dark one, seen half a pixel beside the pixels' centres.
+    // A light half of a wall next to a dark one, seen half a pixel away from the pixels' centres.
     const World wall = [](const bob::Ray& ray) {
         const float along = (0.1f - ray.origin.x) / ray.direction.x;
         const float side = ray.origin.y + along * ray.direction.y;

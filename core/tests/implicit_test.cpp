@@ -21,7 +21,7 @@ bob::Expression expression(Value (*build)(bob::Graph&, Value, Value, Value)) {
     return g.expression(build(g, x, y, z));
 }
 
-/// Formulas whose cells share many codes, few, none, and codes without instructions.
+/// Formulas whose cells share many codes, few, no codes, and codes without instructions.
 std::vector<bob::Expression> formulas() {
     return {
         // Three faces of a cube's corner: in most cells the code is no more than x, y or z.

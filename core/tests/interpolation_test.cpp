@@ -16,7 +16,7 @@ namespace {
 
 const bob::Layout gray{bob::channels::gray};
 
-/// A G-buffer of which the first pixels of the lattice show f(row, column).
+/// A G-buffer whose first lattice pixels are f(row, column).
 template <class F>
 std::vector<float> traced(int height, int width, std::size_t count, F f) {
     const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
@@ -156,7 +156,7 @@ TEST(any_size_is_interpolated) {
 
 namespace {
 
-/// The definition, pixel by pixel over whole planes: what each pixel is taken for and by how much what it was made of differs, from the
+/// The definition, pixel by pixel over whole planes: each pixel's value and the spread of the values it was made from, from the
 /// coarsest squares to the finest.
 struct Defined {
     int height, width, components;
@@ -243,7 +243,7 @@ TEST(pixels_are_interpolated_as_it_is_defined) {
     for (const auto& [height, width] : {std::pair{1, 1}, {1, 90}, {90, 1}, {2, 3}, {22, 21}, {33, 64}, {64, 33}, {97, 131}, {200, 70}}) {
         for (const int components : {1, 3}) {
             for (const float share : {0.f, 0.02f, 0.3f}) {
-                // The lattice of every 8th pixel and others beside it, of little noise and some large steps, and half of it black.
+                // The lattice of every 8th pixel and other pixels, with little noise and some large steps; half the picture is black.
                 const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
                 std::vector<float> planes(static_cast<std::size_t>(1 + components) * size);
                 for (int row = 0; row < height; ++row) {

@@ -1,4 +1,4 @@
-/// Work that is told to stop.
+/// Work that another thread stops.
 #pragma once
 
 #include "base/interruption.h"

@@ -101,7 +101,7 @@ TEST(formulas_with_jumps_outside_have_the_same_signs) {
             }
             const bool is_constant = apart->nodes().back().op == Op::constant;
             (is_constant ? constant : taken_out) += 1;
-            inner += inner_jumps(*apart);  // what a side has where its sign is known stays
+            inner += inner_jumps(*apart);  // the value of a side whose sign is known stays
             for (int k = 0; k < 16; ++k) {
                 const Point p = random_point(random, box);
                 const auto [expected, error] = estimate(f, p);
@@ -141,7 +141,7 @@ TEST(what_a_side_of_a_jump_knows_is_used) {
 }
 
 TEST(what_boxes_decide_is_no_jump_where_a_formula_is_partly_no_number) {
-    // floor(z) is one number in the box, in part of which the root is NaN.
+    // floor(z) is one number in the box, and the root is NaN in part of the box.
     bob::Graph g;
     const Value cell = g.y() - floor(g.y()), root = sqrt(g.x()) * 0.1 - 0.05, shift = floor(g.z()) * 0.1, sum = cell * 0.1 + shift;
     BoxBatch box{};

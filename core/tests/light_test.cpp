@@ -1,4 +1,4 @@
-/// Light: its sequences, its directions, and what surfaces make of them.
+/// Light: its sequences, its directions, and reflection by surfaces.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -99,7 +99,7 @@ TEST(drawn_directions_have_the_density_that_is_said) {
     Material material;
     material.metallic = 0.3, material.roughness = 0.5;
     const Reflection reflection(material, {0.8f, 0.5f, 0.3f}, normalized({0.6f, 0.1f, 0.7f}));
-    // The mean of 1 / density is the solid angle of what may be drawn: the hemisphere.
+    // The mean of 1 / density is the solid angle of all possible directions: the hemisphere.
     double sum = 0, all = 0;
     constexpr std::uint32_t count = 1 << 16;
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -110,7 +110,7 @@ TEST(drawn_directions_have_the_density_that_is_said) {
         all += static_cast<double>(reflection.density(even)) * 2 * static_cast<double>(pi) / count;
     }
     CHECK(std::fabs(sum / (2 * static_cast<double>(pi)) - 1) < 0.02);
-    CHECK(all > 0.97);  // what is mirrored below the horizon is lost
+    CHECK(all > 0.97);  // reflections below the horizon are lost
     CHECK(all < 1.005);
 }
 

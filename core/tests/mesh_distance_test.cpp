@@ -54,7 +54,7 @@ TriangleMesh spiky(int levels, float roughness) {
     return mesh;
 }
 
-/// Closed meshes, by what is special about them.
+/// Closed meshes, each with a difficulty.
 std::vector<std::pair<const char*, TriangleMesh>> meshes() {
     std::vector<std::pair<const char*, TriangleMesh>> result{
         {"octahedron", test::sphere(0, 1)}, {"sphere", test::sphere(3, 0.8f)},       {"box", box({-1, -0.5f, -0.25f}, {1, 0.5f, 0.75f})},
@@ -109,7 +109,7 @@ double distance_to_all(const MeshDistance& mesh, const Point& p) {
 
 Point random_point(Random& random, float reach) { return {random(-reach, reach), random(-reach, reach), random(-reach, reach)}; }
 
-/// Random, close to the surface, and where coordinates are those of vertices.
+/// Random points, points close to the surface, and points that share coordinates with vertices.
 Point interesting_point(Random& random, const MeshDistance& mesh, int i) {
     if (i % 4 == 0) return random_point(random, i % 8 ? 1.5f : 20.f);
     const auto some_vertex = [&] { return mesh.vertices()[test::pick(random, mesh.vertices().size())]; };
@@ -217,7 +217,7 @@ TEST(meshes_are_known_by_their_content) {
     const double number = mesh->number();
     CHECK(MeshDistance::numbered(number) == mesh);
 
-    // A formula keeps it, as does what is made of a formula, and nothing else does.
+    // Only a formula and the formulas made from it keep the mesh alive.
     {
         std::optional<bob::Expression> f;
         {

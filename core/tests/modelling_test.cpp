@@ -17,7 +17,7 @@ Object list(std::vector<Object> items) { return {std::make_shared<const Object::
 
 Object number(double value) { return {value}; }
 
-/// The message of the CallError that a call throws, or "" if it throws none.
+/// The message of the CallError that a call throws, or "" without an error.
 std::string refusal(std::string_view name, const std::vector<Object>& positional, const std::vector<Keyword>& keywords = {}) {
     try {
         static_cast<void>(bob::call(*bob::find_word(name, 0), positional, keywords));
@@ -74,7 +74,7 @@ TEST(parameters_are_told_apart_and_their_defaults_fit) {
         for (const bob::Parameter& parameter : word.parameters) {
             CHECK(names.insert(parameter.name).second);
             if (!parameter.default_value) {
-                CHECK(parameter.variadic || !optional);  // as in Python, none is required after one that is not
+                CHECK(parameter.variadic || !optional);  // as in Python, no required parameter follows an optional one
                 continue;
             }
             optional = true;
@@ -162,7 +162,7 @@ TEST(colors_follow_their_shapes) {
     CHECK((*both.color)(1.5, 0, 0) == (std::array{0.0, 0.0, 1.0}));
     CHECK(*both.expression == *plain.expression);  // node by node
     CHECK(plain.color == nullptr);
-    // Painted as a whole, it has one colour, and what it had is forgotten.
+    // A painted shape has one colour and loses its earlier ones.
     CHECK((*made("color", {{both}, {std::string("#0f0")}}).color)(1.5, 0, 0) == (std::array{0.0, 1.0, 0.0}));
     // A tool without a colour paints nothing; one with a colour its cuts, and leaves the rest white.
     CHECK((*made("difference", {{ball}, {made("box")}}).color)(0.5, 0, 0) == (std::array{1.0, 0.0, 0.0}));

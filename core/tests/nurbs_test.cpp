@@ -118,7 +118,7 @@ double distance(const std::array<double, D>& a, const std::array<double, D>& b) 
     return largest;
 }
 
-/// The control points of one edge of a patch: side 0 and 1 are its lowest and highest u, 2 and 3 those of v.
+/// The control points of one edge of a patch: sides 0 and 1 are its lowest and highest u, 2 and 3 its lowest and highest v.
 std::vector<Homogeneous<3>> edge(const bob::BezierPatch& patch, int side) {
     const auto size_u = static_cast<std::size_t>(patch.degree_u) + 1;
     const auto size_v = static_cast<std::size_t>(patch.degree_v) + 1;
@@ -279,7 +279,7 @@ TEST(bezier_pieces_are_the_curve) {
             CHECK_EQ(piece.degree(), curve.degree);
             CHECK_LT(piece.low, piece.high);
             for (const double wanted : {0.0, 0.2, 0.7}) {
-                // Where u rounds, t is what it became.
+                // t uses the rounded u.
                 const double u = piece.low + wanted * (piece.high - piece.low);
                 const double t = (u - piece.low) / (piece.high - piece.low);
                 CHECK_LT(distance(point(piece, t), bob::curve_point(curve, u)), 1e-11);

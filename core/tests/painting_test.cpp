@@ -21,7 +21,7 @@ struct Scene {
 /// The distance from a right angle between two planes, as the modelling words have it.
 bob::Value corner(bob::Value a, bob::Value b) { return select(min(a, b), max(a, b), hypot(max(a, 0), max(b, 0))); }
 
-/// Many balls and corners, each with a pattern of its own, of all that boxes decide; the roots of some are not numbers everywhere.
+/// Many balls and corners, each with another pattern, with all ops that boxes decide; some square roots are NaN in places.
 Scene many_shapes(int count, bool has_roots) {
     bob::Graph g;
     const bob::Value x = g.x(), y = g.y(), z = g.z();

@@ -15,7 +15,7 @@ namespace {
 
 const bob::Layout layout{bob::channels::mask, bob::channels::gray, bob::channels::color};
 
-/// A picture of which a share is traced: gray, and colours by their ratios to it at each pixel.
+/// A picture with a share of traced pixels: gray, and colours as ratios to it at each pixel.
 struct Picture {
     int height, width;
     std::vector<float> planes, guide;
@@ -71,7 +71,7 @@ TEST(ratios_are_those_of_the_traced_pixels_around) {
     for (const float shade : {0.f, 0.25f, 0.5f, 0.75f}) {
         picture.guide.assign(pixels, shade);
         const std::vector<float> color = picture.completed();
-        const float colored = std::min(shade, 0.625f), more = shade - colored;  // what is clearly brighter than around is white
+        const float colored = std::min(shade, 0.625f), more = shade - colored;  // pixels clearly brighter than their neighbours are white
         for (std::size_t i = 0; i < pixels; ++i) {
             const int column = static_cast<int>(i) % 128;
             if (column > 32 && column < 96) continue;
@@ -210,7 +210,7 @@ TEST(what_is_black_beside_a_shape_changes_nothing_of_it) {
         }
         test::for_each_isa([&] {
             for (const bool along : {false, true}) {
-                (void)Picture(height, width, 0.5f, [](int, std::size_t) { return 0.7f; }).completed();  // of which memory keeps something else
+                (void)Picture(height, width, 0.5f, [](int, std::size_t) { return 0.7f; }).completed();  // leaves other values in memory
                 const std::vector<float> some = along ? alone.completed_along() : alone.completed();
                 const std::vector<float> all = along ? among.completed_along() : among.completed();
                 std::size_t shown = 0;

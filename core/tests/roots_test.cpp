@@ -1,4 +1,4 @@
-/// Rays to the first root of a formula, against dense sampling and against what is known of roots.
+/// Rays to the first root of a formula, compared with dense sampling and with known roots.
 #include "formula/text.h"
 #include "formulas.h"
 
@@ -61,7 +61,7 @@ Ray random_ray(Random& random, double t_end, double finest) {
 template <class Build>
 bob::Tape tape_of(Build build) {
     bob::Graph g;
-    // One after the other: which operand of max(x, y) comes first decides what is known where the two are equal.
+    // In separate statements: the order of the operands of max(x, y) decides the slope where both are equal.
     const Value z = g.z(), y = g.y(), x = g.x();
     return bob::Tape(g.expression(build(g, x, y, z)));
 }
@@ -228,7 +228,7 @@ TEST(lanes_do_not_know_of_each_other) {
 }
 
 TEST(many_rays_see_every_step_as_one_does) {
-    // Each step by itself, around a root: two places of many rays are computed together, those of few by themselves.
+    // Single steps around a root: the kernel evaluates two positions of many rays together, and of few rays one by one.
     test::for_each_isa([] {
         std::vector<bob::Expression> steps;
         for (int i = static_cast<int>(bob::Op::negate); i < bob::op_count; ++i) {
@@ -263,7 +263,7 @@ TEST(many_rays_see_every_step_as_one_does) {
 }
 
 TEST(every_segment_is_searched_however_many_there_are) {
-    // Rays that all take as many pieces, and rays of which few take far more, in queues around the number of lanes.
+    // Rays with equally many pieces, and a few rays with far more, in queues of about as many rays as lanes.
     test::for_each_isa([] {
         const bob::Tape ball = tape_of(FORMULA(square(x) + square(y) - 1));
         const bob::Tape shell = tape_of(FORMULA(abs(hypot(x, y) - 0.75) - 1e-4));
@@ -283,7 +283,7 @@ TEST(every_segment_is_searched_however_many_there_are) {
 }
 
 TEST(slopes_that_are_known_change_nothing) {
-    // Of segments in a box in which slopes were bounded, as those of rays in cells are; but for rounding where all is resolved.
+    // Segments in a box with bounded slopes, like rays in cells. Results differ by rounding only where all is resolved.
     int known = 0, settled = 0;
     test::for_each_isa([&] {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
@@ -342,7 +342,7 @@ TEST(the_first_root_is_found_in_whatever_part_it_is) {
         CHECK_ROOT((x - 0.4) * (x - 0.4002) * (x - 0.9), 0, 1, 0.4);
         CHECK_ROOT(1 / (x - 0.4) - 2, 0, 1, 0.9);                     // behind a pole
         CHECK_ROOT(1 / (x - 0.1) - 2, 0, 1, 0.6);
-        CHECK_ROOT((x - 0.2) * square(x - 0.9), 0, 1, 0.2);           // what touches zero later is no doubt about it
+        CHECK_ROOT((x - 0.2) * square(x - 0.9), 0, 1, 0.2);           // a later touch of zero causes no doubt
         CHECK_NO_ROOT(-square(x - 0.9), 0, 1, unresolved);
         CHECK_ROOT((0.5 - x) * square(x - 0.1) + 0 * y, 0.2, 0.8, 0.3);
     });
@@ -429,14 +429,14 @@ TEST(wild_formulas_take_bounded_time) {
 }
 
 TEST(random_rays_match_dense_sampling) {
-    // Before the root that is told, and everywhere where none is, no two neighbours of 2048 samples differ in sign,
-    // clearly beyond rounding and not by a pole; where a root is told, the sign changes nearby.
+    // Before the reported root, or along the whole ray without one, the sign never changes between neighbours of 2048
+    // samples, except at poles and within rounding. At a reported root, the sign changes nearby.
     constexpr int dense = 2048;
     int hits = 0, misses = 0, vague = 0;
     test::for_each_isa([&] {
         Random random(9);
         for (int i = 0; i < 2500; ++i) {
-            // Less its value somewhere, so that many rays have a root.
+            // Minus its value at some point, so that many rays have a root.
             const bob::Expression plain = test::random_formula(random);
             const test::Point somewhere{random(-1, 1), random(-1, 1), random(-1, 1)};
             const double level = plain(somewhere[0], somewhere[1], somewhere[2]);
@@ -468,7 +468,7 @@ TEST(random_rays_match_dense_sampling) {
                     test::fail(__FILE__, __LINE__, text.str());
                 };
                 const auto exact = [&](double t) { return f(at(t)[0], at(t)[1], at(t)[2]); };
-                // The sign of f where it is beyond doubt, else 0.
+                // The sign of f if it is certain, else 0.
                 const auto sign = [&](double t) {
                     const auto [value, error] = test::estimate(f, at(t));
                     return value < -4 * error ? -1 : value > 4 * error ? 1 : 0;

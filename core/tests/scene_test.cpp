@@ -193,8 +193,8 @@ TEST(placed_shapes_are_seen_where_moved_vertices_are) {
             if (dot(normal, direction) > -0.1f * length(direction)) continue;
             CHECK_NEAR(found.hits[i].t * length(direction), want.t * length(direction), 1e-5f);
             CHECK_NEAR(length(found.normals[i]), 1.f, 1e-6f);
-            // Stretching and smoothing don't commute; the facets are small. So are those of the smallest sphere, whose
-            // vertices are rounded to 6e-8 of the scene.
+            // Stretching and smoothing don't commute, but the facets are small. The smallest sphere's vertices are also
+            // rounded to 6e-8 of the scene.
             CHECK_NEAR(length(found.normals[i] - normal), 0.f, 0.02f + 1e-5f / size);
         }
         CHECK_LT(1500, hit);

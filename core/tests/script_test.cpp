@@ -22,7 +22,7 @@ double value(const std::string& expression) {
     return bob::run_script("f = plane(X, ((" + expression + "), 0, 0))").expression->operator()(0, 0, 0);
 }
 
-/// What a script is refused with, in one line.
+/// The one-line message that refuses a script.
 std::string error(const std::string& source) {
     try {
         (void)bob::run_script(source);

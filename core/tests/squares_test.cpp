@@ -16,7 +16,7 @@ namespace {
 /// Gray and whether something was hit, by row and column.
 using Scene = std::function<float(int, int)>;
 
-/// Its rounds, of a picture in which only what was traced is known.
+/// The rounds for a picture whose traced pixels alone are known.
 std::vector<std::vector<bob::Pixel>> rounds_of(int height, int width, const Scene& scene, float untraced = 0,
                                                bob::SquaresOrder::First first = bob::SquaresOrder::First::contrast) {
     const auto n = static_cast<std::size_t>(height * width);
@@ -77,7 +77,7 @@ TEST(squares_are_divided_along_edges_the_clearest_first) {
     for (std::size_t k = 0; k < rounds.size(); ++k) {
         for (const auto [row, column] : rounds[k]) round_of[static_cast<std::size_t>(row * 256 + column)] = static_cast<int>(k);
     }
-    // Round 0 is the lattice; three divide what differs clearly, and three what is visible.
+    // Round 0 is the lattice. Three rounds divide squares that differ clearly, and three divide visible differences.
     int of_silhouette = 0, of_step = 0, elsewhere = 0, late = 0;
     for (int i = 0; i < 256 * 256; ++i) {
         const float silhouette = std::fabs(to_silhouette(i / 256, i % 256)), step = std::fabs(to_step(i / 256, i % 256));
@@ -94,7 +94,7 @@ TEST(squares_are_divided_along_edges_the_clearest_first) {
             CHECK(round == 0 || round > 6);
         }
     }
-    CHECK_LT(50 * late, of_silhouette + of_step);  // squares that an edge hardly touches, and those at the border
+    CHECK_LT(50 * late, of_silhouette + of_step);  // squares that an edge barely touches, and squares at the border
     CHECK(of_silhouette > 200 && of_step > 200 && elsewhere > 40'000);
 }
 
@@ -111,12 +111,12 @@ TEST(by_priority_large_squares_come_before_small_ones_that_differ_as_much) {
         }
         return count;
     };
-    // Squares of 16 divide at both, those of 8 at the step alone: there the slope differs by 6 of 255.
+    // Squares of 16 divide at both, squares of 8 only at the step: over 8 pixels the slope differs by 6 of 255.
     CHECK_LT(250, between_columns(1, 2, 8, 120));
     CHECK_LT(20, between_columns(1, 2, 176, 208));
     CHECK_EQ(between_columns(2, 3, 8, 112), 0);
     CHECK_LT(40, between_columns(2, 3, 184, 200));
-    CHECK_EQ(between_columns(3, 4, 8, 112), 0);  // then those of 4, when 48 suffice
+    CHECK_EQ(between_columns(3, 4, 8, 112), 0);  // then squares of 4, when 48 suffice
     CHECK_LT(40, between_columns(3, 4, 188, 196));
 }
 

@@ -121,7 +121,7 @@ TEST(what_is_transparent_lends_no_color) {
     }
     const bob::Texture none = texture(std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, 1, 2, bob::Wrap::clamp, bob::Wrap::clamp,
                                       std::vector<std::uint8_t>{0, 0});
-    CHECK_NEAR(none(0.5f, 0.5f, 0).x, 0.5f, 1e-6f);  // of what is all transparent
+    CHECK_NEAR(none(0.5f, 0.5f, 0).x, 0.5f, 1e-6f);  // of a texture that is transparent everywhere
     CHECK_NEAR(none(0.5f, 0.5f, 2).x, 0.5f, 3e-3f);
 }
 

@@ -98,7 +98,7 @@ TEST(camera_axes_are_as_agreed) {
     CHECK_LT(nearest_seen({90, 0, 0, 1}, {0.5f, 0, 0}).second, 24u);
     // From straight above at azimuth 0: -x is up.
     CHECK_LT(nearest_seen({0, 90, 0, 1}, {-0.5f, 0, 0}).first, 24u);
-    // The camera rolled anticlockwise by a quarter: what was up is at the right.
+    // The camera rolled anticlockwise by a quarter: up becomes right.
     CHECK_LT(40u, nearest_seen({0, 0, 90, 1}, {0, 0, 0.5f}).second);
 }
 
@@ -243,7 +243,7 @@ TEST(colors_of_meshes_are_between_those_of_their_corners) {
     const std::vector<bob::Ray> down{{{0, 0, 1}, {0, 0, -1}}};
     textured.colors(down, hits, widths, found);  // at u = 0.3: 0.05 texels right of the white one's centre
     CHECK_NEAR(found[0].x, 0.9f, 1e-5f);
-    // The triangle's 2 texels lie on an area of 4 of a sphere's radius squared: so much is 2 texels wide.
+    // The triangle's 2 texels lie on an area of 4 of a sphere's radius squared: this area is 2 texels wide.
     const float radius = static_cast<float>(textured.sphere().radius);
     const std::vector<float> wide{2 * std::sqrt(2.f) / radius};
     textured.colors(down, hits, wide, found);

@@ -65,7 +65,7 @@ TEST(bvh_equals_brute_force) {
                     const bool found = hit.primitive != bob::no_primitive;
                     if (found != (want < HUGE_VAL) || (found && std::fabs(hit.t - want) > 1e-4)) ++disagreements;
                 }
-                // Rays within rounding of an edge may go either way: none of these seeds has more than two.
+                // Rays within rounding of an edge may go either way: these seeds have at most two of them.
                 CHECK_LT(disagreements, 3);
             });
         }
@@ -94,7 +94,7 @@ TEST(rays_never_leak_through_shared_edges_and_corners) {
     for (const int levels : {0, 1, 3, 5}) {
         auto mesh = test::sphere(levels, 0.7f);
         test::Random random(static_cast<std::uint64_t>(levels));
-        // Moved and dented, so that coordinates are not round and triangles not alike.
+        // Moved and dented, so that coordinates are not round and triangles differ.
         for (auto& v : mesh.vertices) v = random(0.8f, 1) * v + Vec3{0.1f, -0.07f, 0.05f};
         const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
         test::for_each_isa([&] {
@@ -318,7 +318,7 @@ TEST(bvh_does_not_depend_on_the_number_of_threads) {
 }
 
 TEST(rays_go_on_where_alpha_is_below_the_cutoff) {
-    // Each triangle stands twice in the same place, with other alphas: neither may hide what is behind or beside it.
+    // Each triangle occurs twice in the same place, with different alphas. Neither may hide surfaces behind it or next to it.
     auto mesh = test::soup(150, 0.5f, 21);
     mesh.vertices.insert(mesh.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     for (std::uint32_t i = 0; i < 150; ++i) mesh.triangles.push_back({450 + 3 * i, 451 + 3 * i, 452 + 3 * i});

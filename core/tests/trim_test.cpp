@@ -292,7 +292,7 @@ TEST(curves_without_size_and_loops_without_area_do_no_harm) {
     CHECK(!region({{point}}).contains(1, 1));
     CHECK(!region({{}}).contains(1, 1));
 
-    // What is not a number is outside, and ends.
+    // NaN is outside, and the search ends.
     const double nan = std::nan("");
     CHECK(!shape.contains(nan, 1));
     CHECK(!shape.contains(1, nan));

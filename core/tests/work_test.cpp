@@ -9,7 +9,7 @@
 
 namespace {
 
-/// A thousand waves, none of which a cell decides.
+/// A thousand waves that no cell decides.
 bob::Expression waves(int count) {
     bob::Graph graph;
     bob::Value sum = graph.constant(0.25);

@@ -165,7 +165,14 @@ double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Ve
     return reached;
 }
 
-Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : Shape(sphere) {
+void make_homogeneous(Face& face, const Sphere& sphere) {
+    make_homogeneous<3>(face.surface.control_points, sphere.center, sphere.radius);
+    for (TrimLoop& loop : face.loops) {
+        for (NurbsCurve<2>& curve : loop) make_homogeneous<2>(curve.control_points);
+    }
+}
+
+Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : SurfaceShape(sphere) {
     std::vector<FacePatches> patches;
     for (const Face& face : faces) {
         const NurbsSurface& s = face.surface;
@@ -187,12 +194,7 @@ Brep Brep::of_weighted_points(std::vector<Face> faces, double tolerance) {
             for (const auto& point : face.surface.control_points) add(point.data(), 0);
         }
     });
-    for (Face& face : faces) {
-        make_homogeneous<3>(face.surface.control_points, sphere.center, sphere.radius);
-        for (TrimLoop& loop : face.loops) {
-            for (NurbsCurve<2>& curve : loop) make_homogeneous<2>(curve.control_points);
-        }
-    }
+    for (Face& face : faces) make_homogeneous(face, sphere);
     Brep brep(faces, faces.size() > 1 ? tolerance / sphere.radius : 0, sphere);
     if (brep.pieces_.count == 0) throw std::invalid_argument("faces: expected at least one face of which the trims leave an area, got none");
     return brep;
@@ -246,11 +248,6 @@ Solid Brep::find_solid() const {
     return bob::find_solid(*this, faces, lines, [&](std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> at) { sides(rays, hits, at); });
 }
 
-bool Brep::prepare_inside() const {
-    solid_.prepare([&] { return find_solid(); });
-    return solid_.get()->is_closed;
-}
-
 void Brep::vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const {
     struct Memory {
         std::vector<Vec3> normals;
@@ -258,8 +255,7 @@ void Brep::vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<
     };
     auto& [normals, inside] = thread_memory<Memory>();
     normals.resize(hits.size()), inside.resize(hits.size());
-    const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
-    bob::starts_inside(*this, *solid_.get(), sides_of, rays, hits, inside);
+    SurfaceShape::starts_inside(rays, hits, inside);
     best_piece_kernels().normals(pieces_, hits, normals.data());
     constexpr float edge_on = 1e-3f;
     for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -302,10 +298,6 @@ void Brep::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, s
         for (std::size_t j = 0; j < count; ++j) sums[of[j]] += votes[j];
     }
     for (std::size_t i = 0; i < rays.size(); ++i) inside[i] = sums[i] > 0;
-}
-
-void Brep::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {
-    std::fill_n(colors.begin(), points.size(), solid_.get()->color);
 }
 
 void Brep::colors(std::span<const Ray>, std::span<const Hit> hits, std::span<const float>, std::span<Vec3> colors) const {

@@ -7,11 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "base/once.h"
 #include "nurbs/nurbs.h"
 #include "nurbs/trim.h"
 #include "shapes/brep/pieces.h"
-#include "shapes/shape.h"
 #include "shapes/solid.h"
 
 namespace bob {
@@ -23,7 +21,10 @@ struct Face {
     std::optional<std::uint32_t> number = std::nullopt;  // equal for pieces of one face; if absent, that in the brep
 };
 
-class Brep : public Shape {
+/// Multiplies control points by their weights, after they are moved and scaled from `sphere` to the unit sphere.
+void make_homogeneous(Face& face, const Sphere& sphere = {});
+
+class Brep : public SurfaceShape {
 public:
     /// The faces' control points are about 1 in size, after normalisation from `sphere`; weights are above 0. Trimmed
     /// faces extend about `tolerance` past their trims where no other face is near: this closes gaps between edges that
@@ -46,10 +47,7 @@ public:
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
-    [[nodiscard]] bool prepare_inside() const override;
     void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
-    /// The most frequent colour of the surface.
-    void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override;
 
     /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
@@ -78,16 +76,15 @@ private:
         std::unique_ptr<Kept> kept_;
     };
 
-    [[nodiscard]] Solid find_solid() const;
-    /// The sides of faces; the front is that of dS/du x dS/dv.
-    void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const;
+    [[nodiscard]] Solid find_solid() const override;
+    /// Each face is a part; its front is that of dS/du x dS/dv.
+    void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const override;
     /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
     void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;
 
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
     Search search_;
-    mutable Once<Solid> solid_;
     std::vector<Vec3> colors_;  // of the faces, if any has one
     std::vector<std::uint32_t> numbers_;  // of the faces
 };

@@ -143,7 +143,7 @@ Mesh::Mesh(Arrays arrays, const std::optional<Sphere>& sphere) : Mesh(arrays, us
 Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere) : Mesh(arrays, used, Extent(arrays, used), sphere) {}
 
 Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const Extent& extent, const std::optional<Sphere>& sphere)
-    : Shape(sphere ? *sphere : extent.sphere()), arrays_(arrays), used_(std::move(used)), extent_(extent) {}
+    : SurfaceShape(sphere ? *sphere : extent.sphere()), arrays_(arrays), used_(std::move(used)), extent_(extent) {}
 
 Bounds Mesh::bounds(const AffineMap& map) const {
     if (map == AffineMap{}) return extent_.bounds;
@@ -352,20 +352,6 @@ Solid Mesh::find_solid() const {
     if (!any) turned.clear();
     solid.turned = std::move(turned);
     return solid;
-}
-
-bool Mesh::prepare_inside() const {
-    solid_.prepare([&] { return find_solid(); });
-    return solid_.get()->is_closed;
-}
-
-void Mesh::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const {
-    const auto sides_of = [&](std::span<const Ray> some, std::span<const Hit> met, std::span<Side> at) { sides(some, met, at); };
-    bob::starts_inside(*this, *solid_.get(), sides_of, rays, hits, inside);
-}
-
-void Mesh::colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const {
-    std::fill_n(colors.begin(), points.size(), solid_.get()->color);
 }
 
 std::size_t Mesh::bytes() const {

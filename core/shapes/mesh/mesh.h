@@ -13,13 +13,12 @@
 #include "shapes/mesh/outline.h"
 #include "shapes/mesh/texture.h"
 #include "shapes/mesh/triangles.h"
-#include "shapes/shape.h"
 #include "shapes/solid.h"
 
 namespace bob {
 
 /// A hit's primitive is the triangle. Its u and v are the barycentric weights of the triangle's first and second corner.
-class Mesh : public Shape {
+class Mesh : public SurfaceShape {
 public:
     using Point = std::array<double, 3>;
     using Uv = std::array<float, 2>;
@@ -66,11 +65,6 @@ public:
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
-    [[nodiscard]] bool prepare_inside() const override;
-    void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
-    /// The most frequent colour of the surface.
-    void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override;
-
     [[nodiscard]] const Arrays& arrays() const { return arrays_; }
 
     /// The unit normals at the triangles' corners, which shading interpolates.
@@ -93,9 +87,9 @@ private:
         std::unique_ptr<const Holes> holes;
     };
 
-    [[nodiscard]] Solid find_solid() const;
-    /// The sides of triangles, each a part.
-    void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const;
+    [[nodiscard]] Solid find_solid() const override;
+    /// Each triangle is a part.
+    void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const override;
     [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
     [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const;
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
@@ -123,7 +117,6 @@ private:
     std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are used
     Extent extent_;
     mutable Outline outline_;
-    mutable Once<Solid> solid_;
     mutable Mutex preparing_;
     mutable std::unique_ptr<const Prepared> prepared_;
 };

@@ -37,7 +37,7 @@ ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
 VERSIONS = ("1", "2", "3", "4", "5", "6")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
-meshes, the fifth textures that meshes share. Scenes are written in the first that has what they need."""
+meshes, the fifth textures that meshes share. Scenes are written in the lowest sufficient version."""
 
 PARTS = "parts"
 """The entry of the metadata that has the unit and the tree of parts; readers may pass over it."""
@@ -203,7 +203,7 @@ def read_scene(file: Path) -> Scene:
 
 
 def _parts_of(scene: Scene) -> dict[str, Any] | None:
-    """The unit, whether there is a front, and the pieces of each instance, pairs of a path and a count; or None."""
+    """Return the unit, whether there is a front, and each instance's pieces as paths and counts; or None."""
     if scene.unit is None and not scene.has_front and not any(instance.pieces for instance in scene.instances):
         return None
     return {
@@ -214,7 +214,7 @@ def _parts_of(scene: Scene) -> dict[str, Any] | None:
 
 
 def _parts(text: str | None, count: int) -> tuple[str | None, bool, list[Any]]:
-    """The unit, whether there is a front, and the pieces of each instance, which `Instance` checks."""
+    """Return the unit, whether there is a front, and the unchecked pieces of each instance."""
     if text is None:
         return None, False, [()] * count
     content = _fields(PARTS, read_json(text), "unit", "has_front", "pieces")
@@ -259,7 +259,7 @@ def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape
 
 
 def _mesh(tensors: dict[str, NDArray[Any]], before: list[Shape], budget: Pictures) -> Mesh:
-    """A mesh, whose texture may be that of a shape before it."""
+    """Return a mesh; it may share the texture of an earlier shape."""
     first = tensors.pop(SHARED, None)
     if first is None:
         if "texture" in tensors:

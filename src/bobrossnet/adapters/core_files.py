@@ -1,4 +1,4 @@
-"""Mesh files that the core reads (core/files); here, files that they name are fetched, and their images decoded."""
+"""Mesh files, read by the core (core/files): fetches the files that they name, and decodes their images."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from bobrossnet.tracing.instance import Piece
 from bobrossnet.tracing.material import Material
 
 VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV = range(6)
-"""Numbers of a part's arrays; behind the last are further sets of uv."""
+"""Indices of a part's arrays; further sets of uv follow."""
 
 MATERIAL = ("ambient", "diffuse", "specular", "shininess", "metallic", "roughness")
 UNNAMED = "unnamed"
-"""Name of what a file does not name next to what it does."""
+"""Name of unnamed parts next to named ones."""
 
 GLTF = (".gltf", ".glb")
-"""Endings of files in metres; the others say no unit."""
+"""Endings of files in metres; other formats have no unit."""
 
-OF_SURFACE, OF_PLACEMENT = 13, 16
-"""Numbers."""
+OF_SURFACE = 13
+"""Numbers of each surface; 16 for each placement follow."""
 
 
 def read_in_core(file: Path) -> Found[Part]:
-    """The parts of a mesh file, each where the file places it.
+    """Return the placed parts of a mesh file.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def read_in_core(file: Path) -> Found[Part]:
 
 @contextmanager
 def _input_errors() -> Iterator[None]:
-    """The core's errors as those of inputs."""
+    """Raise the core's errors as `InputError`."""
     try:
         yield
     except ValueError as error:
@@ -105,7 +105,7 @@ def _part(
 
 
 def _paths(labels: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """The path of each label; at its end, that of no label."""
+    """Return the path of each label, and at the end the path of unlabelled triangles."""
     paths: list[tuple[str, ...]] = []
     for label in labels:
         above = paths[label["parent"]] if label["parent"] >= 0 else ()
@@ -114,7 +114,7 @@ def _paths(labels: list[dict[str, Any]]) -> list[tuple[str, ...]]:
 
 
 class _Images:
-    """Textures of a file's images by their numbers; what can't be read is left out, with a warning."""
+    """Textures of a file's images by number; unreadable ones are left out, with a warning."""
 
     def __init__(self, textures: Textures, described: list[dict[str, str]], reading: _core.Reading) -> None:
         self.textures, self.described, self.reading = textures, described, reading
@@ -163,7 +163,7 @@ class _Images:
         return self.embedded[number]
 
     def _mean(self, number: int) -> tuple[float, float, float]:
-        """Mean of an image of numbers, in 0..1; that of a rough surface without metal if it can't be read."""
+        """Return the mean of an image of numbers, in 0..1; if unreadable, of a rough surface without metal."""
         name = self.described[number]["name"]
         try:
             data = self.textures.read(path_of(name.encode())) if name else self.reading.image(number)
@@ -173,7 +173,7 @@ class _Images:
             return 0.0, 1.0, 0.0
 
     def _warn(self, number: int, error: InputError) -> None:
-        """Say once that an image was left out."""
+        """Warn once of each image that was left out."""
         label = one_line(self.described[number]["label"])
         if label not in self.left_out:
             warn_of(self.textures.model, f"texture {label} was left out: {error}")

@@ -1,4 +1,4 @@
-"""Files: a scene or a mesh from what they hold, or one line that says why not.
+"""Reads files: returns a scene or a mesh, or raises an error of one line.
 
 PLY, OBJ, STL, OFF and glTF are read in the core, as in the page. 3MF is read here.
 """
@@ -105,7 +105,7 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         surfaces, .3dm (Rhino's), .step, .stp, .iges, .igs, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or
         .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say;
         instances are named after their files where these have no names for them. "sample:gear" is a shape of the
-        gallery. Meshes and scenes of trimesh are taken as they are.
+        gallery. Meshes and scenes of trimesh are accepted, too.
     up : str
         The axis that points up in `source`, "z", "y", "x", "-z", "-y" or "-x"; it is turned to z, as by `Scene.turned`.
         "auto" is "z", except for .ply, .obj, .stl and .off, whose formats don't say: "y" where the shape otherwise
@@ -261,7 +261,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
 
 
 def _read_mesh(path: str | bytes | os.PathLike[Any], shapes: list[Instance] | None = None) -> Joined:
-    """What can be drawn of a mesh's file: no triangle, if `shapes` receives all there is."""
+    """Return the drawable triangles of a mesh file; maybe none if `shapes` receives other shapes."""
     file = path_of(path)
     ending = one_line(file.suffix.lower())
     with _quiet(), _errors_of_one_line(file, "mesh"):

@@ -41,7 +41,7 @@ def read_gismo(file: Path) -> list[Instance]:
     """
     from xml.etree.ElementTree import TreeBuilder
 
-    text = file.read_bytes().decode("utf-8-sig").strip()  # some have blank lines where XML allows none
+    text = file.read_bytes().decode("utf-8-sig").strip()  # some begin with blank lines, against XML
     tree = TreeBuilder()
     read_xml(BytesIO(text.encode()), tree.start, tree.end, tree.data, encoding="utf-8")
     geometries = tree.close().findall("Geometry")

@@ -1,4 +1,4 @@
-"""The parts of a mesh's file as one: what of them can be drawn, and the shapes that become of it."""
+"""Joins the parts of a mesh file; keeps the drawable triangles and makes shapes of them."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.scene import MAX_INSTANCES
 
 FIRST = 64
-"""Triangles of which nearly always one has an area."""
+"""Triangles to look at first for an area: nearly always one has it."""
 
 MAX_TILES = 1 << 12
-"""How often a texture may be repeated from its origin on."""
+"""Maximum number of repetitions of a texture from its origin."""
 
 
 class Joined(NamedTuple):
     part: Part
     """All of the file."""
     surfaces: list[Surface]
-    """Those that look different."""
+    """The different ones."""
     surface: NDArray[np.int32] | None
-    """(T,) which of them each triangle has; None where there is one."""
+    """(T,) index of each triangle's surface; None if there is one."""
     paths: tuple[tuple[str, ...], ...] = ()
     """Places in the tree of parts."""
     path: NDArray[np.int32] | None = None
-    """(T,) which of them each triangle has, None where there is at most one."""
+    """(T,) index of each triangle's path; None if there is at most one."""
     unit: str | None = None
 
     def drawn(self) -> Joined:
-        """Only triangles that can be drawn, and what they use.
+        """Return the drawable triangles and their vertices.
 
         Raises
         ------
         InputError
-            If there is none.
+            If no triangle is drawable.
         """
         vertices, triangles, *_ = self.part
         total = len(triangles)
         if total == 0:
             got = f"a point cloud of {len(vertices):,} points" if len(vertices) else "none"
             raise InputError(f"expected triangles, got {got}")
-        # Comparisons with NaN are false, so NaN is not usable either.
+        # Comparisons with NaN are false, so NaN is unusable.
         usable = np.ones(len(vertices), dtype=bool)
         for rows in pieces(len(vertices)):
             usable[rows] = (np.abs(vertices[rows]) <= MAX_COORDINATE).all(axis=1)
@@ -67,11 +67,11 @@ class Joined(NamedTuple):
         return kept._replace(part=kept.part._replace(normals=None if normals is None else _unit(normals)))
 
     def of(self, triangles: NDArray[np.int64]) -> Joined:
-        """Triangles by their numbers, and what they use: nothing else may affect the scene's bounding sphere."""
+        """Return some triangles and their vertices: other vertices must not affect the scene's bounding sphere."""
         part = self.part
         corners = concatenated([part.triangles[triangles[rows]] for rows in pieces(len(triangles))])
         used: NDArray[Any]
-        if len(corners) < len(part.vertices) // 8:  # a few: no work for each vertex of the whole
+        if len(corners) < len(part.vertices) // 8:  # few: avoids work for each vertex of the whole
             used, corners = np.unique(corners, return_inverse=True)
             corners = corners.reshape(-1, 3)
         else:
@@ -103,7 +103,7 @@ class Joined(NamedTuple):
         )
 
     def pieces(self) -> tuple[Piece, ...]:
-        """The runs of triangles with one path."""
+        """Return the runs of triangles with one path."""
         if self.path is None:
             return tuple(Piece(path) for path in self.paths)
         ends = np.append(np.flatnonzero(np.diff(self.path)) + 1, len(self.path))
@@ -111,12 +111,12 @@ class Joined(NamedTuple):
         return tuple(Piece(self.paths[self.path[end - 1]], int(n)) for end, n in zip(ends, counts, strict=True))
 
     def instances(self, name: str) -> list[Instance]:
-        """One for each surface; of several, those have names of their own that have one in the file.
+        """Return an instance for each surface; several are named as in the file, where it names them.
 
         Raises
         ------
         InputError
-            If there are more than a scene may have.
+            If there are too many for a scene.
         """
         if len(self.surfaces) > MAX_INSTANCES:
             raise InputError(f"materials: expected at most {MAX_INSTANCES:,}, got {len(self.surfaces):,}")
@@ -134,7 +134,7 @@ class Joined(NamedTuple):
         return instances
 
     def mesh(self) -> Mesh:
-        """One mesh of all surfaces, whose triangles have the materials' colours."""
+        """Return one mesh of all surfaces, with the materials' colours on its triangles."""
         colors = np.array([surface.material.color for surface in self.surfaces])
         part = self.part
         if (colors != 1).any():
@@ -144,7 +144,7 @@ class Joined(NamedTuple):
 
 
 def joined(parts: Sequence[Part]) -> Joined:
-    """All parts of a file as one; an index that misses its own part's vertices becomes -1."""
+    """Join all parts of a file; an index outside its part's vertices becomes -1."""
     triangles = [np.empty((0, 3), np.int64)]
     start = 0
     for part in parts:
@@ -178,7 +178,7 @@ def joined(parts: Sequence[Part]) -> Joined:
 
 
 def _paths(parts: Sequence[Part]) -> tuple[tuple[tuple[str, ...], ...], NDArray[np.int32] | None]:
-    """The different paths of all parts, and which of them each triangle has."""
+    """Return the different paths of all parts, and the index of each triangle's path."""
     shown = [part for part in parts if len(part.triangles)]
     if not shown or not all(part.runs for part in shown):
         return (), None
@@ -189,7 +189,7 @@ def _paths(parts: Sequence[Part]) -> tuple[tuple[tuple[str, ...], ...], NDArray[
 
 
 def _field(parts: Sequence[Part], name: str, like: str, width: int, fill: float) -> NDArray[np.float64] | None:
-    """A field of all parts, `fill` in those without it; None if none has it."""
+    """Return a field of all parts, `fill` for parts without it; None if all parts lack it."""
     fields = []
     for part in parts:
         shape, field = (len(getattr(part, like)), width), getattr(part, name)
@@ -199,7 +199,7 @@ def _field(parts: Sequence[Part], name: str, like: str, width: int, fill: float)
 
 
 def _colors(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """Colours or alphas that can be shown; None if all are 1."""
+    """Clamp colours or alphas to 0..1; return None if all are 1."""
     if values is None:
         return None
     values = np.clip(np.nan_to_num(values, nan=1), 0, 1)
@@ -207,7 +207,7 @@ def _colors(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
 
 
 def _on_texture(uv: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """0, 0 where a place on a texture is none, or so far away that float32 would not tell its texels apart."""
+    """Replace places on a texture by 0, 0 if they are not finite or beyond the precision of float32."""
     return None if uv is None else np.where((np.abs(uv) <= MAX_TILES).all(axis=1, keepdims=True), uv, 0)
 
 
@@ -223,8 +223,10 @@ def _mesh(part: Part, surface: Surface) -> Mesh:
 
 
 def _with_normals(part: Part) -> Part:
-    """The part with the normals that shading computes where the file has none, so that it is as smooth where materials
-    meet as elsewhere: each corner is then a vertex of its own."""
+    """Return the part with the computed normals of shading, one vertex per corner.
+
+    So the surface is smooth across materials even if the file has no normals.
+    """
     if part.normals is not None and part.normals.any(axis=1).all():
         return part
     normals = None if part.normals is None else part.normals.astype(np.float32)
@@ -241,7 +243,7 @@ def _with_normals(part: Part) -> Part:
 
 
 def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
-    """Whether a triangle has an area, in units in which the largest extent is 1."""
+    """Return whether any triangle has an area, in units of the largest extent."""
     extent = float(np.max(np.ptp(vertices, axis=0))) or 1.0
     for rows in (slice(FIRST), *pieces(len(triangles))):
         a, b, c = (vertices[triangles[rows, corner]] for corner in range(3))
@@ -251,7 +253,7 @@ def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bo
 
 
 def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Normals at length 1, zero where one is unusable; None if all are."""
+    """Normalize normals, 0 for unusable ones; return None if all are unusable."""
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     usable = (length > 0) & np.isfinite(length)
     return np.where(usable, normals / np.where(usable, length, 1), 0) if usable.any() else None

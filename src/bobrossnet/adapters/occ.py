@@ -1,4 +1,4 @@
-"""What a STEP or IGES file holds, as plain data. Importing this imports OpenCascade."""
+"""Contents of STEP and IGES files, as plain data. Importing this module imports OpenCascade."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
+from bobrossnet import _core
 from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed, Triangles
@@ -45,25 +46,22 @@ from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 
-# Assemblies of assemblies can repeat one part without end.
-MAX_INSTANCES = 100_000
-
 # Of approximations of surfaces and curves of too high a degree.
 MAX_SPANS = 1000
 
 # Of approximations, relative to the part's size: a thousandth of a pixel in a large picture of it.
 RELATIVE_TOLERANCE = 1e-6
 
-# The most that edges of neighbouring faces may be apart, in sizes of their part.
+# Maximum gap between edges of neighbouring faces, in sizes of their part.
 MAX_GAP = 1e-3
 
-# Relative to the domain: what lies nearer to the surface's border than this lies on it.
+# Relative to the domain: points closer to the surface's border lie on it.
 ON_BORDER = 1e-6
 
 
-@np.errstate(all="ignore")  # damaged files have numbers that are not finite, which are refused later on
+@np.errstate(all="ignore")  # numbers of damaged files that are not finite are refused later
 def read_assembly(kind: str, file: str) -> Assembly:
-    """All that a STEP or IGES file holds. Prints to stdout, and may crash."""
+    """Return the contents of a STEP or IGES file. Prints to stdout, and may crash."""
     limit(_size(file))
     reader = STEPCAFControl_Reader() if kind == "STEP" else IGESCAFControl_Reader()
     reader.SetNameMode(True)
@@ -77,7 +75,7 @@ def read_assembly(kind: str, file: str) -> Assembly:
             limit(sum(map(_size, parts)))
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # only names from the file
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
-    reader.Transfer(document)  # its answer is no more than that something was there
+    reader.Transfer(document)  # returns only whether there was anything
     walk = _Walk()
     for label in _children(XCAFDoc_DocumentTool.ShapesLabel_s(document.Main())):
         if walk.tool.IsShape_s(label) and walk.tool.IsFree_s(label):
@@ -93,7 +91,7 @@ def _size(file: str | Path) -> int:
 
 
 def _check_parts_beside(file: Path, reader: STEPControl_Reader, visited: set[Path]) -> None:
-    """Refuse an assembly that names parts outside its folder, as these may in turn: OpenCascade would read them."""
+    """Refuse an assembly that refers to parts outside its folder: OpenCascade would read them and their references."""
     visited.add(file)
     references = STEPConstruct_ExternRefs(reader.WS())
     references.LoadExternRefs()
@@ -108,7 +106,7 @@ def _check_parts_beside(file: Path, reader: STEPControl_Reader, visited: set[Pat
 
 
 class _Walk:
-    """Parts and their places, collected on the way through a document's tree of labels."""
+    """Parts and their places, collected from a document's tree of labels."""
 
     def __init__(self) -> None:
         self.tool = XCAFDoc_ShapeTool
@@ -121,10 +119,10 @@ class _Walk:
         self.others = {"hidden parts": 0, "curves": 0, "points": 0}
 
     def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None, parent: tuple[str, ...]) -> None:
-        """Collect what a label holds; it is of the colour `inherited` where the file gives it none."""
+        """Collect the parts of a label; those without a colour get `inherited`."""
         self.visited += 1
-        if self.visited > MAX_INSTANCES:
-            raise InputError(f"expected at most {MAX_INSTANCES:,} instances of parts, got more")
+        if self.visited > _core.MAX_INSTANCES:  # assemblies of assemblies can repeat one part without end
+            raise InputError(f"expected at most {_core.MAX_INSTANCES:,} instances of parts, got more")
         if not XCAFDoc_ColorTool.IsVisible_s(label):
             self.others["hidden parts"] += 1
             return
@@ -145,7 +143,7 @@ class _Walk:
             self.placed.append(Placed(self.part(label), matrix, _name(label), path, color))
 
     def part(self, label: Any) -> int:
-        """The index of a label's part, which is converted when it is first met."""
+        """Return the index of a label's part; convert it once."""
         entry = TCollection_AsciiString()
         TDF_Tool.Entry_s(label, entry)
         key = entry.ToCString()
@@ -159,7 +157,7 @@ class _Walk:
         shape = self.tool.GetShape_s(label)
         if shape.IsNull():
             return []
-        BRepTools.Clean_s(shape)  # of the triangles that files may have next to surfaces; others stay
+        BRepTools.Clean_s(shape)  # removes triangles that files store next to surfaces; other triangles stay
         colors = {
             _key(self.tool.GetShape_s(child)): _color(child)
             for child in _children(label)
@@ -188,7 +186,7 @@ class _Walk:
         numbers: list[int] = []
         of_triangles: list[Triangles] = []
         tolerance = RELATIVE_TOLERANCE * size
-        gap = 5 * tolerance  # what is approximated may lie somewhat farther off
+        gap = 5 * tolerance  # approximations may lie slightly farther apart
         for shape in shapes:
             stored = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1, TopAbs_ShapeEnum.TopAbs_EDGE)
             gap = max(gap, min(stored, MAX_GAP * size))
@@ -202,12 +200,12 @@ class _Walk:
                 key = _key(face)
                 color = colors.get(key) or of_shell.get(key) or whole
                 self.total += 1
-                if BRep_Tool.Surface_s(TopoDS.Face(face)) is None:  # OpenCascade crashes as it converts this
+                if BRep_Tool.Surface_s(TopoDS.Face(face)) is None:  # OpenCascade would crash
                     of_triangles += _triangles(TopoDS.Face(face), color)
                     continue
                 try:
                     faces = _faces(face, tolerance)
-                except Exception as error:  # OpenCascade raises all sorts of exceptions
+                except Exception as error:  # of any type: OpenCascade has no common one
                     self.dropped.append(f"{type(error).__name__}: {error}")
                 else:
                     converted += faces
@@ -224,7 +222,7 @@ def _children(label: Any) -> Iterator[Any]:
 
 
 def _explore(shape: Any, kind: Any, outside: Any = None) -> Iterator[Any]:
-    """The shapes of one kind in another, but those within a shape of the kind `outside`."""
+    """Return the shapes of a kind in another, except those within a shape of the kind `outside`."""
     explorer = TopExp_Explorer(shape, kind, TopAbs_ShapeEnum.TopAbs_SHAPE if outside is None else outside)
     while explorer.More():
         yield explorer.Current()
@@ -232,12 +230,12 @@ def _explore(shape: Any, kind: Any, outside: Any = None) -> Iterator[Any]:
 
 
 def _key(shape: Any) -> int:
-    """The same for all handles of a shape, however they are turned; they themselves only equal themselves."""
+    """Return a key of a shape, equal for all its handles and orientations: handles compare by identity."""
     return hash(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
 
 
 def _name(label: Any) -> str:
-    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # asking for what is not there would crash
+    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # access to a missing attribute would crash
         return ""
     attribute = TDataStd_Name()
     label.FindAttribute(TDataStd_Name.GetID_s(), attribute)
@@ -262,7 +260,7 @@ def _matrix(transformation: Any) -> NDArray[np.float64]:
 
 
 def _triangles(face: Any, color: Color | None) -> list[Triangles]:
-    """The triangles of a face, if it has any, in its place."""
+    """Return the triangles of a face, placed; None without any."""
     location = TopLoc_Location()
     stored = BRep_Tool.Triangulation_s(face, location)
     if stored is None:
@@ -283,13 +281,13 @@ def _triangles(face: Any, color: Color | None) -> list[Triangles]:
 
 
 def _faces(face: Any, tolerance: float) -> list[FaceData]:
-    """A face as trimmed NURBS: several where its surface closes on itself, since that is cut open."""
+    """Return a face as trimmed NURBS; a closed surface is cut open into several."""
     # Curves in the (u, v) of NURBS are approximated within their edges' tolerance. OpenCascade's usual 1e-7 mm make it
     # ten times slower, and hundreds of control points a curve.
     ShapeFix_ShapeTolerance().LimitTolerance(face, tolerance, 0.0, TopAbs_ShapeEnum.TopAbs_EDGE)
     converted = BRepBuilderAPI_NurbsConvert(face, True).Shape()
-    # Without seams, trims can't leave the domain by a period, and no curve stands for two borders. Cutting before
-    # converting would be faster for tori, but fails on spheres that are drilled across their seam.
+    # Without seams, trims can't leave the domain by a period, and no curve is two borders. Cutting before conversion
+    # would be faster for tori, but fails on spheres drilled across their seam.
     divide = ShapeUpgrade_ShapeDivideClosed(converted)
     divide.Perform()
     return [_face_data(piece, tolerance) for piece in _explore(divide.Result(), TopAbs_ShapeEnum.TopAbs_FACE)]
@@ -299,7 +297,7 @@ def _face_data(shape: Any, tolerance: float) -> FaceData:
     face = TopoDS.Face(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
     loops = [_loop(TopoDS.Wire(wire), face) for wire in _explore(face, TopAbs_ShapeEnum.TopAbs_WIRE)]
     loops = [loop for loop in loops if loop]
-    surface = GeomConvert.SurfaceToBSplineSurface_s(BRep_Tool.Surface_s(face))  # a copy, in the face's place
+    surface = GeomConvert.SurfaceToBSplineSurface_s(BRep_Tool.Surface_s(face))  # a placed copy
     if surface.IsUPeriodic() or surface.IsVPeriodic():
         _open(surface, loops)
     bounds = np.array(surface.Bounds()).reshape(2, 2).T
@@ -325,7 +323,7 @@ def _face_data(shape: Any, tolerance: float) -> FaceData:
 
 
 def _loop(wire: Any, face: Any) -> list[CurveData]:
-    """A wire's curves in (u, v), end to end."""
+    """Return a wire's curves in (u, v), end to end."""
     border = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
     stored = [edge for edge in _explore(wire, TopAbs_ShapeEnum.TopAbs_EDGE) if edge.Orientation() in border]
     edges = []
@@ -333,7 +331,7 @@ def _loop(wire: Any, face: Any) -> list[CurveData]:
     while explorer.More():
         edges.append(explorer.Current())
         explorer.Next()
-    # The explorer stops where edges don't share a vertex; files store most wires in order anyway.
+    # The explorer stops at edges without a common vertex; files store most wires in order.
     return [_curve(edge, face) for edge in (edges if len(edges) == len(stored) else stored)]
 
 
@@ -361,7 +359,7 @@ def _coordinates(point: Any) -> list[float]:
 
 
 def _open(surface: Any, loops: list[list[CurveData]]) -> None:
-    """Cut a periodic surface open, around what its loops need of it."""
+    """Cut a periodic surface open to the range of its loops."""
     bounds = np.array(surface.Bounds()).reshape(2, 2).T
     if loops:
         points = np.concatenate([curve.control_points for loop in loops for curve in loop])
@@ -374,7 +372,7 @@ def _open(surface: Any, loops: list[list[CurveData]]) -> None:
 
 
 def _is_border(loop: list[CurveData], bounds: NDArray[np.float64]) -> bool:
-    """Whether a loop goes once around the domain from `bounds[0]` to `bounds[1]`, along its border."""
+    """Return whether a loop follows the border of the domain from `bounds[0]` to `bounds[1]`."""
     size = bounds[1] - bounds[0]
     corners = []
     for curve in loop:
@@ -388,7 +386,7 @@ def _is_border(loop: list[CurveData], bounds: NDArray[np.float64]) -> bool:
 
 
 def _widened(face: FaceData) -> FaceData:
-    """A bilinear surface without weights, continued by 1 % on each side: trims that touch its border end inside."""
+    """Return a bilinear surface without weights, extended by 1 % on each side: trims on its border end inside."""
     e = 0.01
     stretch = np.array([[1 + e, -e], [-e, 1 + e]])
     return face._replace(

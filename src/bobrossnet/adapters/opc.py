@@ -46,7 +46,7 @@ class Package:
         return self.part(found[0]) if found else None
 
     def count(self, content: str, info: ZipInfo) -> None:
-        """Add a part to all those of the same content, before it is unpacked.
+        """Append a part to the parts of the same content, before it is unpacked.
 
         Raises
         ------

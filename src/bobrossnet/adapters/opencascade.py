@@ -47,7 +47,7 @@ class FaceData(NamedTuple):
 
 
 class Triangles(NamedTuple):
-    """A face that is stored as triangles alone, without a surface."""
+    """A face stored as triangles, without a surface."""
 
     vertices: NDArray[np.float64]  # (V, 3)
     triangles: NDArray[np.int64]  # (T, 3)
@@ -56,13 +56,13 @@ class Triangles(NamedTuple):
 
 
 class Body(NamedTuple):
-    """The faces of a solid, a shell, or of all that is in neither."""
+    """The faces of a solid or a shell, or all faces outside both."""
 
     faces: list[FaceData]
     colors: list[Color | None]  # of the faces; None: the color of the instance
     numbers: list[int]  # of the faces; equal for pieces of one
     triangles: list[Triangles]
-    tolerance: float  # how far apart the edges of neighbouring faces may be
+    tolerance: float  # maximum gap between edges of neighbouring faces
 
 
 class Placed(NamedTuple):
@@ -70,40 +70,40 @@ class Placed(NamedTuple):
 
     part: int  # index of its bodies
     matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
-    name: str  # empty: none
+    name: str  # empty if unnamed
     path: tuple[str, ...]  # in the tree of parts
     color: Color | None
 
 
 class Assembly(NamedTuple):
-    """What a file holds, in plain data."""
+    """The contents of a file, in plain data."""
 
     parts: list[list[Body]]
     placed: list[Placed]
-    dropped: list[str]  # why, for each face that could not be converted
+    dropped: list[str]  # the reason for each unconverted face
     total: int
 
 
 def read_step(file: Path) -> Found[Instance]:
-    """The solids and shells of a STEP file, in millimetres, to which OpenCascade converts other units.
+    """Return the solids and shells of a STEP file, in millimetres: OpenCascade converts other units.
 
     Parameters
     ----------
     file : Path
-        Of any application protocol that OpenCascade knows: AP203, AP214, AP242.
+        Of application protocol AP203, AP214 or AP242.
 
     Returns
     -------
     list of Instance, with their unit
-        One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; of a
-        material in its colour, or a white one where its faces have several. Faces that AP242 stores as triangles
-        without a surface are meshes next to these. Named after the file's products, or the file where these have no
-        name. Points, curves and what is hidden are left out.
+        One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly. Its
+        material has its colour, or is white if its faces have several. Faces that AP242 stores as triangles without a
+        surface are separate meshes. Names are those of the file's products, else of the file. Points, curves and
+        hidden parts are left out.
 
     Raises
     ------
     InputError
-        If OpenCascade is not installed or can't read the file, or if there are no faces to see in it.
+        If OpenCascade is not installed or can't read the file, or if it has no visible faces.
 
     Warns
     -----
@@ -114,7 +114,7 @@ def read_step(file: Path) -> Found[Instance]:
 
 
 def read_iges(file: Path) -> Found[Instance]:
-    """The surfaces, shells and solids of an IGES file, in millimetres; otherwise like `read_step`."""
+    """Return the surfaces, shells and solids of an IGES file, in millimetres; otherwise like `read_step`."""
     return _read(file, "IGES")
 
 
@@ -138,16 +138,16 @@ def _read(file: Path, kind: str) -> Found[Instance]:
 
 
 def _check_step(file: Path) -> None:
-    """Refuse at once what can't be a STEP file."""
+    """Raise InputError for a file that can't be STEP."""
     with file.open("rb") as stream:
         if b"ISO-10303-21" not in stream.read(LOOKED_AT):
             raise InputError("expected a STEP file, which begins with ISO-10303-21, got another")
 
 
 def _check_iges(file: Path) -> None:
-    """Refuse at once what can't be a whole IGES file: OpenCascade reads what there is, and is content with less.
+    """Raise InputError for a file that can't be a whole IGES file: OpenCascade accepts truncated ones.
 
-    Lines of 80 characters have the letter of their section in the 73rd, from S for start to T for terminate.
+    Column 73 of 80 has the letter of the section, from S for start to T for terminate.
     """
     with file.open("rb") as stream:
         first = stream.read(LOOKED_AT)
@@ -160,7 +160,7 @@ def _check_iges(file: Path) -> None:
 
 
 class _Solid:
-    """A body whose faces are checked, and the shapes that its places give it."""
+    """A body with checked faces, and its shapes by colour."""
 
     def __init__(self, body: Body, dropped: list[str]) -> None:
         self.tolerance = body.tolerance
@@ -189,7 +189,7 @@ class _Solid:
                 dropped.append(str(error))
 
     def placed(self, place: Placed, name: str) -> list[Instance]:
-        """The faces with a surface, and those of triangles by their colours."""
+        """Return instances of the faces with a surface, and of triangles by their colours."""
         of_place = name, [Piece(place.path)]
         meshes = [
             Instance(mesh, place.matrix, _material(color or place.color), *of_place) for mesh, color in self.meshes
@@ -197,7 +197,7 @@ class _Solid:
         return [self._surfaces(place, name), *meshes] if self.faces else meshes
 
     def _surfaces(self, place: Placed, name: str) -> Instance:
-        """Where all of it is of one colour, that is the material's, so that places of several colours share a shape."""
+        """Return an instance; a single colour becomes the material's: places in several colours share shapes."""
         colors = {color or place.color for color in self.colors}
         if len(colors) == 1:
             (color,) = colors

@@ -1,4 +1,4 @@
-"""Parts: what readers of mesh files make, as the file stores it, and what is done to those of any format."""
+"""Parts: meshes as files of any format store them, and operations on them."""
 
 from __future__ import annotations
 
@@ -8,24 +8,22 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Piece
 
-# Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
-MAX_ITEMS = 100_000_000
-
 PIECE = 1 << 16
-"""Rows that are worked on in one go, since Ctrl-C is noticed only afterwards: some milliseconds."""
+"""Rows of one numpy call, some milliseconds: Ctrl-C takes effect only between calls."""
 
 
 def pieces(count: int) -> Iterator[slice]:
-    """Slices of at most `PIECE` rows that are all of `count`; an empty one of none."""
+    """Return slices of at most `PIECE` rows that cover `count`; at least one."""
     return (slice(start, start + PIECE) for start in range(0, max(count, 1), PIECE))
 
 
 def converted(values: NDArray[Any], dtype: type) -> NDArray[Any]:
-    """A copy of an array as another type."""
+    """Return a copy of an array as another type."""
     result: NDArray[Any] = np.empty(values.shape, dtype)
     for rows in pieces(len(values)):
         result[rows] = values[rows]
@@ -33,7 +31,7 @@ def converted(values: NDArray[Any], dtype: type) -> NDArray[Any]:
 
 
 def concatenated(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """At least one array's rows, and those of the others behind them."""
+    """Concatenate the rows of at least one array."""
     result: NDArray[Any] = np.empty(
         (sum(map(len, arrays)), *arrays[0].shape[1:]), np.result_type(*{array.dtype for array in arrays})
     )
@@ -47,7 +45,7 @@ def concatenated(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
 
 
 MAX_DEPTH = 32
-"""Of trees of parts: deeper names are left out, since paths of n names take n² memory in a tree as deep."""
+"""Maximum depth of a tree of parts; deeper names are left out: paths in a tree of depth n take n² memory."""
 
 Item = TypeVar("Item")
 
@@ -61,13 +59,13 @@ class Found(list[Item]):
 
 
 class Names:
-    """The names of a tree of parts, which differ among siblings."""
+    """Names in a tree of parts; siblings have different names."""
 
     def __init__(self) -> None:
         self._counts: dict[tuple[str, ...], int] = {}
 
     def path(self, parent: tuple[str, ...], name: str) -> tuple[str, ...]:
-        """A new path below a parent's. A second of one name becomes "name 2"."""
+        """Return a new path below a parent's; a second part of a name becomes "name 2"."""
         first = path = (*parent[: MAX_DEPTH - 1], name)
         while path in self._counts:
             self._counts[first] += 1
@@ -77,7 +75,7 @@ class Names:
 
 
 class Part(NamedTuple):
-    """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
+    """One mesh as the file stores it: indices are unchecked, numbers may not be finite.
 
     Missing normals are None for the whole part, NaN for single vertices; colours and alphas that are missing or not
     finite are 1.
@@ -89,36 +87,36 @@ class Part(NamedTuple):
     colors: NDArray[np.float64] | None = None  # (V, 3), linear RGB
     face_colors: NDArray[np.float64] | None = None  # (T, 3), linear RGB
     alphas: NDArray[np.float64] | None = None  # (V, 1)
-    uv: NDArray[np.float64] | None = None  # (V, 2), of the surface's texture, from its top left on
+    uv: NDArray[np.float64] | None = None  # (V, 2), 0, 0 at the texture's top left
     surface: Surface = Surface()
-    runs: tuple[Piece, ...] = ()  # names of all triangles; empty where the file has none
+    runs: tuple[Piece, ...] = ()  # names of all triangles; empty without names
 
 
 def rows_of(numbers: NDArray[Any], count: int) -> list[NDArray[np.int64]]:
-    """The rows that have each of the numbers 0 to `count` - 1, ascending."""
+    """Return the rows of each number from 0 to `count` - 1, ascending."""
     ends = np.cumsum(np.bincount(numbers, minlength=count))
     return np.split(np.argsort(numbers, kind="stable"), ends[:-1])
 
 
 def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
-    """The part moved by a (4, 4) matrix that is multiplied from the left."""
+    """Return the part transformed by a (4, 4) matrix, multiplied from the left."""
     linear = matrix[:3, :3]
     mirrored = np.linalg.det(linear) < 0
     normals = part.normals
     if normals is not None:
-        # The cofactors are det · inverse transpose, and exist where a part is pressed flat.
+        # The cofactors are det · inverse transpose; they exist for singular matrices, too.
         a, b, c = linear.T
         cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
         normals = normals @ cofactors.T * (-1.0 if mirrored else 1.0)
     return part._replace(
         vertices=part.vertices @ linear.T + matrix[:3, 3],
-        triangles=part.triangles[:, ::-1] if mirrored else part.triangles,  # the outside stays anticlockwise
+        triangles=part.triangles[:, ::-1] if mirrored else part.triangles,  # keeps the outside anticlockwise
         normals=normals,
     )
 
 
 def counted(total: int, more: int) -> int:
-    """`total + more`, unless that exceeds `MAX_ITEMS`: stops before a file of copies fills the memory."""
-    if total + more > MAX_ITEMS:
-        raise InputError(f"expected at most {MAX_ITEMS:,} triangles and vertices in all its parts, got more")
+    """Return `total + more`, at most `_core.MAX_ITEMS`: a file of copies must not fill the memory."""
+    if total + more > _core.MAX_ITEMS:
+        raise InputError(f"expected at most {_core.MAX_ITEMS:,} triangles and vertices in all its parts, got more")
     return total + more

@@ -1,6 +1,6 @@
 """Rhino's files, .3dm, through rhino3dm: surfaces with their trims, meshes, and blocks of them.
 
-What is hidden in Rhino, or lies on a layer that is switched off, is left out, as Rhino does.
+Hidden objects, and objects on layers that are off, are left out.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.adapters.apart import call_apart, check_library, limit
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.adapters.part import Found, Names
@@ -30,8 +31,8 @@ from bobrossnet.support.units import unit_of_word
 from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
-# A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
-MAX_IN_BLOCKS = 100_000
+# A few nested blocks can make 2ⁿ shapes; blocks and layers can contain themselves.
+MAX_IN_BLOCKS = _core.MAX_INSTANCES
 MAX_LAYERS_DEEP = 100
 
 # Subdivision surfaces become meshes: each step quarters the faces. Twice looks smooth up to the crease angle.
@@ -45,33 +46,32 @@ BORDER = 1e-7
 FITTED = 1e-7
 MAX_FITTED = 4096
 
-# A cubic's control points from its points at 0, 1/3, 2/3 and 1, and its points at 1/6, 1/2 and 5/6 from those.
+# Matrices from a cubic's points at 0, 1/3, 2/3 and 1 to its control points, and on to points at 1/6, 1/2 and 5/6.
 CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0, 0, 6]]) / 6
 BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 
-# The most that edges of neighbouring faces may be apart, in sizes of their object.
+# Maximum gap between edges of neighbouring faces, in sizes of their object.
 MAX_GAP = 1e-3
 
 WHITE = "#ffffff"
 UNCHOSEN = 0.02
-"""The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
+"""A display colour of a lower luminance is ignored: layers are black by default."""
 
 F64: TypeAlias = NDArray[np.float64]
 
 
 def read_3dm(file: Path) -> Found[Instance]:
-    """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
+    """Return the visible shapes of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
-    Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
-    rendered view, the diffuse colours of the materials of objects or their layers, where these have any; otherwise
-    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Meshes whose
-    vertices have colours have these instead. Blocks are resolved. Curves, points, lights and annotations are passed
-    over. Subdivision surfaces become meshes.
+    Instances are named after their objects, else their layers, else the file. As in Rhino's rendered view, the colour
+    is the diffuse colour of the object's or layer's material. Without a material it is the display colour, or white
+    if that is nearly black. Colours of a mesh's vertices replace both. Blocks are resolved. Curves, points, lights and
+    annotations are skipped. Subdivision surfaces become meshes.
 
     Raises
     ------
     InputError
-        If rhino3dm is missing, the file can't be read or there is nothing to see in it.
+        If rhino3dm is missing, the file can't be read, or it has no visible shape.
 
     Warns
     -----
@@ -87,7 +87,7 @@ def read_3dm(file: Path) -> Found[Instance]:
 
 
 def read_apart(file: str) -> tuple[Found[Instance], list[str]]:
-    """What `read_3dm` returns and warns of, in a separate process: damaged files crash rhino3dm."""
+    """Return the instances and warnings of `read_3dm`, in a separate process: damaged files crash rhino3dm."""
     path = Path(file)
     limit(path.stat().st_size)
     with warnings.catch_warnings(record=True) as caught:
@@ -97,7 +97,7 @@ def read_apart(file: str) -> tuple[Found[Instance], list[str]]:
 
 
 def read_here(file: Path) -> Found[Instance]:
-    """`read_3dm` in this process."""
+    """Run `read_3dm` in this process."""
     import rhino3dm
 
     document = rhino3dm.File3dm.Read(str(file))
@@ -113,23 +113,23 @@ class Look(NamedTuple):
     display: str
     """Of its lines."""
     material: str | None
-    """Of its faces, where it has a material."""
+    """Of its faces; None without a material."""
 
 
 class Object(NamedTuple):
-    """What is to be known of an object wherever it is seen."""
+    """An object of the file, independent of its places."""
 
     name: str
     path: tuple[str, ...]
     """Its layers and its own name; within a block, only the last counts."""
     look: Look
     display_of_block: bool
-    """Whether within a block it has the display colour of the block instead."""
+    """Whether the block's display colour replaces its own."""
     material_of_block: bool
     """The same for the material."""
     shape: Shape | None = None
     matrix: Matrix = IDENTITY
-    """Where a block places its objects; identity for anything else."""
+    """The transform of a block's objects; identity for other objects."""
     children: tuple[str, ...] = ()
 
 
@@ -165,7 +165,7 @@ class _Reader:
     # ---- Objects -----------------------------------------------------------------------------------------
 
     def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
-        """The instances of objects; a block has those of the objects in it."""
+        """Yield the instances of objects, and of the objects in blocks."""
         names = Names()
         waiting: list[tuple[str, Matrix, Look | None, tuple[str, ...] | None]] = [
             (key, IDENTITY, None, None) for key in reversed(keys)
@@ -193,14 +193,14 @@ class _Reader:
                 )
             waiting += [(child, inner, look, path) for child in reversed(item.children)]
             if item.shape is not None:
-                material = Material() if item.shape.is_colored else _material(look)  # its own colours stand for it
+                material = Material() if item.shape.is_colored else _material(look)
                 try:
                     yield Instance(item.shape, inner, material, item.name, [Piece(path)])
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
     def object(self, key: str) -> Object | None:
-        """An object of the file; None where nothing of it is visible."""
+        """Return an object of the file; None if it is invisible."""
         item = self.stored.get(key)
         if item is None:
             return None
@@ -231,7 +231,7 @@ class _Reader:
         return None if shape is None else Object(name, path, look, *of_block, shape)
 
     def shows(self, layer: Any) -> bool:
-        """Whether a layer and those that it lies in are switched on."""
+        """Return whether a layer and all its parents are on."""
         for _ in range(MAX_LAYERS_DEEP):
             if layer is None:
                 return True
@@ -253,7 +253,7 @@ class _Reader:
         return Look(display, _hex(material.DiffuseColor) if material else None)
 
     def shape(self, geometry: Any, kind: str) -> Shape | None:
-        """An object's shape in its own place; None, and the reason noted, where it has none."""
+        """Return an object's shape; without one, store the reason and return None."""
         try:
             if kind in ("Mesh", "SubD"):
                 return _mesh(geometry if kind == "Mesh" else _subdivided(geometry))
@@ -270,7 +270,7 @@ class _Reader:
     # ---- Faces -------------------------------------------------------------------------------------------
 
     def brep_faces(self, geometry: Any, kind: str) -> list[Face]:
-        """The faces of a surface, an extrusion or a polysurface that can be shown."""
+        """Return the usable faces of a surface, an extrusion or a polysurface."""
         if kind == "Surface":
             found = [self.face(geometry, ())]
         else:
@@ -287,7 +287,7 @@ class _Reader:
         return [face for face in found if face is not None]
 
     def face(self, surface: Any, bounds: Sequence[Sequence[Any]]) -> Face | None:
-        """A surface within its bounds; None, and the reason noted, where it can't be shown."""
+        """Return a trimmed surface; if it is unusable, store the reason and return None."""
         self.faces += 1
         try:
             nurbs = surface.ToNurbsSurface()
@@ -325,7 +325,7 @@ def _material(look: Look) -> Material:
 
 
 def _subdivided(geometry: Any) -> Any:
-    """The control net of a subdivision surface after some subdivision, a rhino3dm mesh."""
+    """Return a subdivided control net, a rhino3dm mesh."""
     import rhino3dm
 
     subd = geometry.Duplicate()
@@ -339,10 +339,10 @@ def _subdivided(geometry: Any) -> Any:
 
 
 def _mesh(mesh: Any) -> Mesh:
-    """A rhino3dm mesh, with its normals and its colours where it has one for each vertex."""
+    """Return a rhino3dm mesh, with normals and colours if there is one for each vertex."""
     vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
     corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))], np.int64).reshape(-1, 4)
-    # The corners of a triangle are stored as those of a quad, the last one twice.
+    # A triangle is stored as a quad that repeats its last corner.
     quads = corners[corners[:, 2] != corners[:, 3]]
     normals = np.array([(n.X, n.Y, n.Z) for n in (mesh.Normals[i] for i in range(len(mesh.Normals)))], np.float64)
     colors = np.array([mesh.VertexColors[i][:3] for i in range(len(mesh.VertexColors))], np.float64)
@@ -358,7 +358,7 @@ def _mesh(mesh: Any) -> Mesh:
 
 
 def untrimmed(nurbs: Any) -> Face:
-    """All of a rhino3dm NURBS surface."""
+    """Return the whole of a rhino3dm NURBS surface."""
     rows, columns = nurbs.Points.CountU, nurbs.Points.CountV
     points = [nurbs.Points[i, j] for i in range(rows) for j in range(columns)]
     control_points, weights = _euclidean(points, nurbs.IsRational)
@@ -371,7 +371,7 @@ def untrimmed(nurbs: Any) -> Face:
 
 
 def _euclidean(points: list[Any], rational: bool) -> tuple[F64, F64 | None]:
-    """Control points (n, 3) and weights (n,) of points that are stored multiplied by their weights."""
+    """Divide homogeneous points by their weights; return control points (n, 3) and weights (n,)."""
     stored = np.array([(p.X, p.Y, p.Z, p.W) for p in points], np.float64).reshape(-1, 4)
     if not rational:
         return stored[:, :3], None
@@ -380,13 +380,13 @@ def _euclidean(points: list[Any], rational: bool) -> tuple[F64, F64 | None]:
 
 
 def _full_knots(knots: Any) -> F64:
-    """openNURBS leaves out the first and the last knot, which have no influence within the domain."""
+    """Add the first and the last knot, which openNURBS omits: they have no influence within the domain."""
     stored = np.array(knots.ToList(), np.float64)
     return np.concatenate([stored[:1], stored, stored[-1:]])
 
 
 def face_trims(bounds: Sequence[Sequence[Any]], surface: Any, face: Face) -> tuple[Loop, ...]:
-    """Loops of curves in the parameters of a rhino3dm surface as loops in those of its NURBS form, which a face has.
+    """Map loops of curves from the parameters of a rhino3dm surface to those of its NURBS form.
 
     Parameters
     ----------
@@ -419,10 +419,12 @@ def face_trims(bounds: Sequence[Sequence[Any]], surface: Any, face: Face) -> tup
 
 
 def _same_parameters(surface: Any) -> bool:
-    """Whether a surface and its NURBS form are parametrised alike; surfaces of revolution are not: a rational arc does
-    not run through its angles evenly."""
+    """Return whether a surface has the parameters of its NURBS form.
+
+    Surfaces of revolution do not: the parameter of a rational arc is not its angle.
+    """
     low, size = np.array([(d.T0, d.T1 - d.T0) for d in (surface.Domain(0), surface.Domain(1))]).T
-    # Points where arcs of a quarter or a third of the domain don't happen to agree.
+    # Arcs of a quarter or a third of the domain agree at other points by accident.
     for u, v in low + size * np.array([(0.07, 0.17), (0.31, 0.41), (0.57, 0.61), (0.83, 0.93)]):
         _, *moved = surface.GetNurbsFormParameterFromSurfaceParameter(u, v)
         if not (np.abs(np.array(moved) - (u, v)) <= SAME * np.maximum(size, np.abs((u, v)))).all():
@@ -431,7 +433,7 @@ def _same_parameters(surface: Any) -> bool:
 
 
 def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: F64) -> TrimCurve:
-    """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
+    """Approximate a curve of moved points by cubics, halved until they are within `FITTED` of it."""
 
     def points(t: F64) -> F64:
         found = [curve.PointAt(each) for each in t.ravel().tolist()]
@@ -449,7 +451,7 @@ def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], sc
         close = (np.abs(BETWEEN @ cubics - between) <= FITTED * scale).all(axis=(1, 2))
         done = close | ~((start < middle) & (middle < end))
         pieces += zip(start[done].tolist(), end[done].tolist(), cubics[done], strict=True)
-        # Those points and the ones between them are what the halves are to go through.
+        # The halves interpolate these points and those between them.
         left, middle, right = start[~done], middle[~done], end[~done]
         start, end = np.concatenate([left, middle]), np.concatenate([middle, right])
         a, b, c, d = np.moveaxis(through[~done], 1, 0)
@@ -464,7 +466,7 @@ def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], sc
 
 
 def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
-    """Whether a single loop goes around the whole domain, so that it cuts nothing off."""
+    """Return whether a single loop follows the border of the domain, and so trims nothing."""
     if len(loops) != 1:
         return False
     low, high = np.array(face.domain).T
@@ -473,7 +475,7 @@ def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
         points = (curve.control_points - low) / (high - low)
         corners.append(points)
         on_side = np.concatenate([np.abs(points) <= BORDER, np.abs(points - 1) <= BORDER], axis=1)  # (n, 4)
-        # What the control points of a span have in common, the span has: it lies along one side.
+        # If all control points of a span lie on one side of the domain, so does the span.
         degree = curve.degree
         spans = np.lib.stride_tricks.sliding_window_view(on_side, degree + 1, axis=0)
         lasting = np.diff(curve.knots)[degree : len(points)] > 0

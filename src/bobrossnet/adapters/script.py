@@ -22,8 +22,8 @@ def shape_of_script(text: bytes) -> SDF3:
     Raises
     ------
     InputError
-        If it makes no shape in three dimensions, or uses what the language does not have; one line that starts with the
-        line and column of the mistake.
+        If it makes no shape in three dimensions, or is not in the language; one line that starts with the line and
+        column of the mistake.
     """
     try:
         made = _core.run_script(text)

@@ -87,7 +87,7 @@ def read_3mf(file: Path, instances: list[Instance] | None = None) -> Found[Part]
     """Read the meshes of the build of a 3MF, each in its place.
 
     `instances` receives the other shapes. If omitted, one warning names them, together with everything else that is
-    not shown. An unreadable texture is left out, with a warning of its own.
+    not shown. An unreadable texture is left out with a separate warning.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Formulas as 3MF, by its Volumetric and Implicit Extensions 1.0: a level set of a function, which stays a formula.
 
-Its parts and elements are those that `threemf.py` and `threemf_functions.py` read.
+It has the parts and elements that `threemf.py` and `threemf_functions.py` read.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class _Meshes:
         self.known: dict[tuple[bytes, bytes], int] = {}
 
     def ids(self, formula: _core.Expression | _core.ColorFormula) -> list[int]:
-        """Those of a formula's own, in its order."""
+        """Nodes of a formula, in its order."""
         if not formula.mesh_arrays:
             return []
         sizes, vertices, triangles = formula.mesh_arrays
@@ -187,7 +187,7 @@ class _Nodes:
         self.position = self.add("decomposevector", {"A": "inputs.pos"}, "x y z", of="vector").removesuffix("x")
 
     def scalar(self, op: str, operands: list[str], value: float) -> str:
-        """A reference to what an op computes."""
+        """Return a reference to the result of an op."""
         if op == "constant":
             return self.constant(value)
         if op in ("x", "y", "z"):

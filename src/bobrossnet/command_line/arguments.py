@@ -201,6 +201,18 @@ def add_scheduler(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
 
 
+def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tuple[int, int]) -> None:
+    """Add a folder of shape files, --out, which `told` describes, and the look of the pictures."""
+    parser.add_argument("folder", metavar="DIR", help="where the files are")
+    parser.add_argument("-o", "--out", required=True, metavar="OUT", help=f"{told}, made if missing")
+    add_size(parser, size)
+    add_up(parser)
+    add_samples(parser, 4, "rays at most for each pixel along edges, 1, 4 or 16")
+    add_background(parser, "transparent")
+    add_light(parser)
+    add_scheduler(parser)
+
+
 def add_up(parser: argparse.ArgumentParser, default: str = "auto") -> None:
     """Add --up, the up axis of the files."""
     what = "the shapes' axis that points up, which is turned to z"

@@ -223,7 +223,7 @@ def _view(options: argparse.Namespace) -> None:
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")
             return
         with Server(page, options.port) as server:
-            # Quoted twice: the parameter is a URL, in which # and ? have a meaning.
+            # Quoted twice: the parameter is a URL, and # and ? have a meaning in URLs.
             url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
             print(f"{url}  (Ctrl-C ends it)", flush=True)
             if not options.no_browser:

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
     report = Report(options)
     report.fields["file"] = options.file
     configuration = Path(options.file) / "config.json"
-    if os.path.isfile(configuration):  # also of a name too long, which has none
+    if os.path.isfile(configuration):  # isfile is also False for a name too long to exist
         parts = _configuration(configuration)
         report.fields |= {"kind": "training", "configuration": parts}
         _sections(report, parts)

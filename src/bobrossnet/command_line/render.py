@@ -23,7 +23,7 @@ FRACTION = 0.1
 
 STEP = 0.01  # share of the pixels between two checks of the expected error
 LARGE = 3840 * 2160
-"""Pixels from which completion takes too long to repeat for timing."""
+"""Number of pixels above which completion takes too long to repeat for timing."""
 
 
 def add(commands: Any) -> None:
@@ -304,6 +304,6 @@ def _draw_lines(
 
 
 def told_camera(camera: Camera) -> dict[str, Any]:
-    """Return what programs read of a camera."""
+    """Return a camera as a dictionary for JSON."""
     names = ("azimuth", "elevation", "roll", "zoom", "fov", "pan", "position", "target")
     return {name: getattr(camera, name) for name in names}

@@ -1,4 +1,4 @@
-"""What a command tells: lines for people, or with --json one object for programs."""
+"""Output of a command: lines for people, or with --json one object for programs."""
 
 from __future__ import annotations
 

@@ -20,17 +20,10 @@ def add(commands: Any) -> None:
         "than their files, are left as they are. The exit status is 0 if every file has one, 1 if files were left out.",
     )
     thumbs.set_defaults(run=run)
-    thumbs.add_argument("folder", metavar="DIR", help="where the files are")
-    thumbs.add_argument("-o", "--out", required=True, metavar="OUT", help="folder for the pictures, made if missing")
-    arguments.add_size(thumbs, (256, 256))
+    arguments.add_pictures_of_folder(thumbs, "folder for the pictures", (256, 256))
     arguments.add_orbit(thumbs)
-    arguments.add_up(thumbs)
-    arguments.add_samples(thumbs, 4, "rays at most for each pixel along edges, 1, 4 or 16")
-    arguments.add_background(thumbs, "transparent")
-    arguments.add_light(thumbs)
     thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
-    arguments.add_scheduler(thumbs)
     thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
     add_report(thumbs)
 

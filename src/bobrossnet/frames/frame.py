@@ -119,7 +119,7 @@ class PartialPicture:
         Calls of this camera's tracer.
     size : (height, width)
     layout : Layout, optional
-        Channels of the picture; by default those of its first samples.
+        Channels of the picture; by default the channels of its first samples.
     sequence : Sequence
     planner : Planner
         Chooses the network and the size of calls, and measures their cost.

@@ -60,7 +60,7 @@ class MovingLight:
         self._lights: LightLike = None
 
     def frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
-        """Trace `count` pixels, or as many as leave time to complete the picture within `budget` seconds."""
+        """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds."""
         at_rest = self._camera is not None and camera in (None, self._camera)
         if not at_rest:
             self._move(camera or as_camera(None, self._scene))

@@ -54,8 +54,7 @@ def add_commands(commands: Any) -> None:
         "camera matrices. Finished shapes are kept, so the same command resumes.",
     )
     views.set_defaults(run=_dataset_views)
-    views.add_argument("folder", metavar="DIR", help="where the files are")
-    views.add_argument("-o", "--out", required=True, metavar="OUT", help="folder of the data set, made if missing")
+    arguments.add_pictures_of_folder(views, "folder of the data set", (480, 640))
     views.add_argument("--views", type=int, default=24, metavar="N", help="cameras around each shape (default: 24)")
     views.add_argument(
         "--format",
@@ -63,12 +62,6 @@ def add_commands(commands: Any) -> None:
         default="npz",
         help="arrays next to PNG and transforms.json of nerfstudio, in npz or EXR; or one tar for each shape",
     )
-    arguments.add_size(views, (480, 640))
-    arguments.add_up(views)
-    arguments.add_samples(views, 4, "rays at most for each pixel along edges, 1, 4 or 16")
-    arguments.add_background(views, "transparent")
-    arguments.add_light(views)
-    arguments.add_scheduler(views)
 
     train = commands.add_parser(
         "train", help="train a network", description="Train a network; the same command resumes an interrupted run."

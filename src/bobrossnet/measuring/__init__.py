@@ -1,1 +1,1 @@
-"""Measures of scenes, of their parts and of what is picked."""
+"""Measures of scenes, their parts, and picked points."""

@@ -1,4 +1,4 @@
-"""Measures: sizes, areas and volumes of scenes and parts; radii, distances and angles of what is picked."""
+"""Measures: sizes, areas and volumes of scenes and parts; radii, distances and angles of picked faces and points."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Measures:
     unit: str | None
     """None where the file does not say."""
     parts: tuple[Measures, ...] = ()
-    """The parts that have surfaces of their own, in the sequence of the tree."""
+    """The parts with surfaces of their own, in the sequence of the tree; not parts that only group others."""
 
     @property
     def size(self) -> Point:
@@ -87,7 +87,7 @@ class FaceMeasures:
     area: float | None
     """Of the face, in squares of the unit; of a cylinder and the like with the neighbours that continue it."""
     thickness: float | None
-    """Length from the point to the next surface, along the normal into the shape; None where there is none."""
+    """Length from the point to the next surface, along the normal into the shape; None without a second surface."""
     thickness_along_ray: float | None
     """The same along the line of sight."""
     unit: str | None
@@ -138,7 +138,7 @@ def measure(
     Raises
     ------
     InputError
-        If the unit is unknown, or that of the scene is and another is wanted.
+        If the unit is unknown, or `unit` is given for a scene without a unit.
 
     Examples
     --------
@@ -202,7 +202,7 @@ def _absolute(volume: float | None) -> float | None:
 
 
 def _amount(scene: Scene, own: tuple[Selected, ...], cache: dict[int, Amount]) -> Amount:
-    """Return the area and volume of a part's own primitives. `cache` has those of whole shapes."""
+    """Return the area and volume of a part's own primitives. `cache` has the results of whole shapes."""
     meshes = tuple(each for each in own if isinstance(scene.instances[each.instance].shape, Mesh))
     found = [_amount_of_meshes(scene, meshes)] if meshes else []
     for number, start, stop in own:
@@ -290,7 +290,7 @@ def _thickness(pick: Pick, direction: Point) -> float | None:
 
 
 def _area(pick: Pick, shape: Brep, surface: Surface) -> float:
-    """Return the area of a face and of those that continue its surface: readers cut closed surfaces in two."""
+    """Return the area of a face and of the faces that continue its surface: readers cut closed surfaces in two."""
     assert pick.face is not None
     matrix = pick.scene.instances[pick.instance].transform
     placed, scale = placed_brep(shape, matrix)

@@ -1,4 +1,4 @@
-"""What a picture shows at a pixel: a part, its face, the point and the normal."""
+"""Picking: the part, face, point and normal at a pixel of a picture."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Pick:
 def pick(
     scene: SceneLike, row: int, column: int, camera: CameraLike | None = None, *, size: SizeLike = (480, 640)
 ) -> Pick | None:
-    """Return the surface that a camera sees at the centre of a pixel; None where it sees none.
+    """Return the surface that a camera sees at the centre of a pixel; None on the background.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ def _of_unit_size(p: NDArray[np.float64], n: NDArray[np.float64]) -> Surface | N
     center, radius = _around(p, n)
     if _fits(p, center + radius * n):
         return Surface("sphere", center, None, abs(radius))
-    # Normals of a cylinder are across its axis; those of a cone have one angle to it.
+    # Normals of a cylinder are perpendicular to its axis; normals of a cone have one angle to it.
     axis = np.linalg.svd(n - n.mean(axis=0), full_matrices=False)[2][2]
     slope = float((n @ axis).mean())
     if np.abs(n @ axis - slope).max() <= SAME:

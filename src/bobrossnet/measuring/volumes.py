@@ -17,7 +17,7 @@ APART = 2e-5
 """Step off a surface before the next ray, in radii of the shape: above the float32 of hits."""
 
 RAYS = 3
-"""For each side of a face: most of them decide which side is inside."""
+"""Number of rays for each side of a face: the majority decides which side is inside."""
 
 MAX_CROSSINGS = 500
 """Surfaces on a ray."""
@@ -71,7 +71,7 @@ def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -
 
 
 def placed_brep(brep: Brep, matrix: Matrix) -> tuple[Brep, float]:
-    """Return a brep and a factor of its lengths that stand for it placed by a matrix: itself, if that keeps angles."""
+    """Return a brep placed by a matrix, and a factor of its lengths: the same brep, if the matrix keeps angles."""
     linear = matrix[:3, :3]
     squares = linear.T @ linear
     scale = float(np.sqrt(np.trace(squares) / 3))
@@ -88,8 +88,8 @@ def placed_brep(brep: Brep, matrix: Matrix) -> tuple[Brep, float]:
 def of_brep(brep: Brep) -> Amount:
     """Return the area of a brep, and its volume if it is closed.
 
-    Over a closed surface with unit normals n, the integral of n is 0, and that of x n^T the volume times the identity.
-    What is missing from that is the error.
+    Over a closed surface with unit normals n, the integral of n is 0, and the integral of x n^T is the
+    volume times the identity. The difference is the error.
     """
     moments = brep.moments
     area = float(moments[:, 0].sum())

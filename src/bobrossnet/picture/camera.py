@@ -187,11 +187,11 @@ VIEWS = {
     "bottom": (-90.0, -90.0),
     "isometric": (-45.0, 35.26438968),
 }
-"""Azimuth and elevation of each view, in degrees. The front faces -y, as that of a glTF turned upright."""
+"""Azimuth and elevation of each view, in degrees. The front faces -y, like an upright glTF."""
 
 
 def check_camera(camera: Any) -> Camera:
-    """Return `camera`, or that of a view's name; raise InputTypeError unless it is either."""
+    """Return `camera`, or the camera of a view's name; raise InputTypeError for other types."""
     if isinstance(camera, str):
         return Camera.named(camera)
     if not isinstance(camera, Camera):
@@ -212,14 +212,14 @@ FRONT = -60.0
 
 
 def as_camera(camera: Any, scene: Fronted | None = None) -> Camera:
-    """Return `camera`, that of a view's name, or for None the default: on the scene's front, if it has one."""
+    """Return `camera`, the camera of a view's name, or for None the default: on the scene's front, if it has one."""
     if camera is None:
         return Camera(FRONT) if scene is not None and scene.has_front else Camera()
     return check_camera(camera)
 
 
 def orbiting(camera: CameraLike | None, scene: Fronted | None = None) -> Camera:
-    """Return an orbiting camera, by default as `as_camera`; raise InputError if it stands at a position."""
+    """Return an orbiting camera, by default as `as_camera`; raise InputError if it has a position."""
     camera = as_camera(camera, scene)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")

@@ -40,7 +40,7 @@ OF_PICTURE = (
     "chromaticities",
     "whiteLuminance",
 )
-"""Attributes that a completed picture has as well: where it is, and what its numbers mean."""
+"""Attributes that a completed picture keeps: its place, and the meaning of its numbers."""
 
 KNOWN_BETWEEN = 0.05
 """A layer is dense if its rate of nonzero values outside the mask is at least this fraction of the rate inside."""

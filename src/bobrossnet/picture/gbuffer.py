@@ -122,7 +122,7 @@ class GBuffer(Channels):
     def from_stack(
         cls, planes: F32, layout: Layout = GIVEN, guides: Guides | None = None, is_display_referred: bool = True
     ) -> GBuffer:
-        """Make a G-buffer from planes of a layout, by default those of `stack`, without checks or a copy."""
+        """Make a G-buffer from planes of a layout, by default the layout of `stack`, without checks or a copy."""
         gbuffer = object.__new__(cls)
         gbuffer._own(planes, layout, guides, is_display_referred)
         return gbuffer

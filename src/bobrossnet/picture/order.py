@@ -1,4 +1,4 @@
-"""Pixel orders: the sequence in which the pixels of an image are traced."""
+"""Pixel orders: sequences of an image's pixels for tracing."""
 
 from __future__ import annotations
 

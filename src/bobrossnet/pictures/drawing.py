@@ -69,7 +69,7 @@ EdgesLike: TypeAlias = bool | Edges
 
 
 def check_edges(edges: Any) -> Edges | None:
-    """Return what to draw for an argument `edges`: None for no lines."""
+    """Return the lines to draw for an argument `edges`; None for no lines."""
     if isinstance(edges, Edges):
         return edges
     if not isinstance(edges, bool | np.bool_):

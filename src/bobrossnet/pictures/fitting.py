@@ -44,7 +44,7 @@ def margin_of(scene: Scene, light: LightLike, ground: bool | None) -> float:
 def fitted(
     scene: SceneLike, camera: CameraLike | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
 ) -> Camera:
-    """Return the camera with the zoom and pan at which the silhouette fills the picture.
+    """Return the camera with a zoom and pan that fit the silhouette to the picture.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _seen_points(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray
 
 
 def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tuple[int, int], margin: float) -> Camera:
-    """Return the camera with the zoom and pan at which the points fill the picture."""
+    """Return the camera with a zoom and pan that fit the points to the picture."""
     if len(points) == 0:
         return camera
     rows, columns = size

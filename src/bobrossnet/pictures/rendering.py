@@ -34,7 +34,7 @@ MOST_ACROSS = 2**31 - 1
 """Maximum number of rays in a row or a column of the picture: the core counts them in int32."""
 
 COVERED = 0.75
-"""Coverage by lines from which a pixel's edge needs no smoothing: what shows of it is too little."""
+"""Coverage by lines above which a pixel's edge needs no smoothing: too little of it is visible."""
 
 
 def render(
@@ -134,7 +134,7 @@ def finished(
     model: NetworkLike,
     drawing: Drawing | None = None,
 ) -> Picture:
-    """Make the picture of a traced G-buffer, with a drawing over it; the other arguments are those of `render`."""
+    """Make the picture of a traced G-buffer, with a drawing over it; other arguments as in `render`."""
     model = GUIDED if "shadow" in gbuffer.layout.places else model
     color = complete(gbuffer, model, channel="color")
     lines = None if drawing is None else drawing.coverage()

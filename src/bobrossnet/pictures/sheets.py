@@ -84,7 +84,7 @@ def sheet(
     title : str, optional
         The first words of the bottom line; size and number of parts follow. By default the scene's description.
     unit : str, optional
-        Follows the dimensions, such as "mm"; by default that of the scene.
+        Follows the dimensions, such as "mm"; by default the scene's.
     edges : bool
         Draw edges, as in `draw`.
     names : bool

@@ -200,7 +200,7 @@ def _npz(view: PosedView) -> bytes:
 
 
 def _planes(view: PosedView) -> dict[str, Any]:
-    """Return channels of an EXR: Z, N.X, N.Y, N.Z in the scene's space, instance + 1 (0: none) and A, the mask."""
+    """Return channels of an EXR: Z, N.X, N.Y, N.Z in scene space, instance + 1 (0: background) and A, the mask."""
     assert view.depth is not None
     assert view.normal is not None
     assert view.instance is not None

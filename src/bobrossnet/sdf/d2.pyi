@@ -1,56 +1,10 @@
 """Shapes in two dimensions, and operations on them. Made by docs/modelling.py."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet._core import ColorFormula
 from bobrossnet.sdf.d3 import SDF3
-from bobrossnet.sdf.words import Flat
-
-Vector: TypeAlias = Sequence[float] | NDArray[Any]
-Size: TypeAlias = float | Vector
-Points: TypeAlias = Sequence[Vector] | NDArray[Any]
-Easing: TypeAlias = Callable[[Any], Any]
-Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
-
-__all__ = [
-    "ORIGIN",
-    "SDF2",
-    "UP",
-    "X",
-    "Y",
-    "blend",
-    "circle",
-    "circular_array",
-    "color",
-    "difference",
-    "dilate",
-    "elongate",
-    "equilateral_triangle",
-    "erode",
-    "extrude",
-    "extrude_to",
-    "hexagon",
-    "intersection",
-    "line",
-    "negate",
-    "polygon",
-    "rectangle",
-    "repeat",
-    "revolve",
-    "rotate",
-    "rounded_rectangle",
-    "rounded_x",
-    "scale",
-    "shell",
-    "slab",
-    "translate",
-    "union",
-    "vesica",
-]
+from bobrossnet.sdf.words import Color, Easing, Flat, Points, Size, Vector
 
 ORIGIN: NDArray[np.int_]
 X: NDArray[np.int_]

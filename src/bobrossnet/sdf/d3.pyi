@@ -1,73 +1,11 @@
 """Shapes in three dimensions, and operations on them. Made by docs/modelling.py."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet._core import ColorFormula
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.solid import Solid
-
-Vector: TypeAlias = Sequence[float] | NDArray[Any]
-Size: TypeAlias = float | Vector
-Points: TypeAlias = Sequence[Vector] | NDArray[Any]
-Easing: TypeAlias = Callable[[Any], Any]
-Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
-
-__all__ = [
-    "ORIGIN",
-    "SDF3",
-    "UP",
-    "X",
-    "Y",
-    "Z",
-    "bend",
-    "bend_linear",
-    "bend_radial",
-    "blend",
-    "box",
-    "capped_cone",
-    "capped_cylinder",
-    "capsule",
-    "circular_array",
-    "color",
-    "cylinder",
-    "difference",
-    "dilate",
-    "dodecahedron",
-    "ellipsoid",
-    "elongate",
-    "erode",
-    "icosahedron",
-    "intersection",
-    "negate",
-    "octahedron",
-    "orient",
-    "plane",
-    "pyramid",
-    "repeat",
-    "rotate",
-    "rotate_to",
-    "rounded_box",
-    "rounded_cone",
-    "rounded_cylinder",
-    "scale",
-    "shell",
-    "slab",
-    "slice",
-    "sphere",
-    "tetrahedron",
-    "torus",
-    "transition_linear",
-    "transition_radial",
-    "translate",
-    "twist",
-    "union",
-    "wireframe_box",
-    "wrap_around",
-]
+from bobrossnet.sdf.words import Color, Easing, Size, Vector
 
 ORIGIN: NDArray[np.int_]
 X: NDArray[np.int_]

@@ -2,43 +2,6 @@
 
 from typing import Any
 
-__all__ = [
-    "in_back",
-    "in_bounce",
-    "in_circ",
-    "in_cubic",
-    "in_elastic",
-    "in_expo",
-    "in_out_back",
-    "in_out_bounce",
-    "in_out_circ",
-    "in_out_cubic",
-    "in_out_elastic",
-    "in_out_expo",
-    "in_out_quad",
-    "in_out_quart",
-    "in_out_quint",
-    "in_out_sine",
-    "in_out_square",
-    "in_quad",
-    "in_quart",
-    "in_quint",
-    "in_sine",
-    "in_square",
-    "linear",
-    "out_back",
-    "out_bounce",
-    "out_circ",
-    "out_cubic",
-    "out_elastic",
-    "out_expo",
-    "out_quad",
-    "out_quart",
-    "out_quint",
-    "out_sine",
-    "out_square",
-]
-
 def linear(t: Any) -> Any:
     """At one speed."""
 

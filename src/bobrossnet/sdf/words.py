@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,13 @@ from bobrossnet.sdf.symbols import (
 )
 from bobrossnet.shapes.implicit import color_formula
 from bobrossnet.support.errors import InputError, InputTypeError, check_array
+
+# Arguments of words, for the stubs of d2 and d3.
+Vector: TypeAlias = Sequence[float] | NDArray[Any]
+Size: TypeAlias = float | Vector
+Points: TypeAlias = Sequence[Vector] | NDArray[Any]
+Easing: TypeAlias = Callable[[Any], Any]
+Color: TypeAlias = str | Vector | _core.ColorFormula | Callable[[Any], Any]
 
 Own = TypeVar("Own", bound="SDF")
 """The class of a shape, in two or three dimensions."""

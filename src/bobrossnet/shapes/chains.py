@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
+
 Values = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
@@ -62,34 +64,10 @@ def straight(points: Values, is_closed: bool) -> Curve:
 
 def chained(segments: Numbers) -> list[Chain]:
     """Join segments (n, 2) at equal ends; where more than two meet, in any way."""
-    at: dict[int, list[int]] = {}
-    pairs: list[list[int]] = segments.tolist()
-    for i, pair in enumerate(pairs):
-        for end in pair:
-            at.setdefault(end, []).append(i)
-    used = np.zeros(len(pairs), bool)
-
-    def walk(end: int) -> list[int]:
-        ends = [end]
-        while True:
-            left = at[end]
-            while left and used[left[-1]]:
-                left.pop()
-            if not left:
-                return ends
-            i = left.pop()
-            used[i] = True
-            first, second = pairs[i]
-            end = second if first == end else first
-            ends.append(end)
-
-    chains = []
-    open_ends = [end for end, segments_there in at.items() if len(segments_there) % 2]
-    for end in [*open_ends, *(pair[0] for pair in pairs)]:
-        while len(ends := walk(end)) > 1:
-            is_closed = ends[0] == ends[-1]
-            chains.append(Chain(np.array(ends[:-1] if is_closed else ends), is_closed))
-    return chains
+    count = int(segments.max(initial=-1)) + 1
+    points, ends = _core.chained(count, np.ascontiguousarray(segments, np.uint32))
+    chains = np.split(points.astype(np.intp), ends[:-1]) if len(ends) else []
+    return [Chain(c[:-1], True) if c[0] == c[-1] else Chain(c, False) for c in chains]
 
 
 def _cross(a: Values, b: Values) -> Values:

@@ -84,7 +84,7 @@ def cut(shape: Shape, transform: Matrix, plane: Plane) -> list[Curve]:
 
 
 def cut_mesh(mesh: Mesh, transform: Matrix, plane: Plane) -> list[Curve]:
-    """Cut triangles. A vertex in the plane counts as on the removed side, so that all of them agree."""
+    """Cut triangles. A vertex in the plane belongs to the removed side, so that neighbours agree."""
     used, index = np.unique(mesh.triangles, return_inverse=True)
     vertices, number = np.unique(mesh.vertices[used], axis=0, return_inverse=True)
     triangles = number.reshape(-1)[index].reshape(-1, 3)
@@ -131,7 +131,8 @@ def cut_formula(shape: Implicit, transform: Matrix, plane: Plane) -> list[Curve]
     start, size = seen.min(axis=0), np.ptp(seen, axis=0)
     spacing = size.max() / LATTICE
     counts = np.ceil(size / spacing).astype(int) + 3
-    x, y = (start[k] + spacing * (np.arange(counts[k]) - 0.997 - 0.005 * k) for k in (0, 1))  # beside what is round
+    # Shifted so that no line of the lattice runs through round coordinates.
+    x, y = (start[k] + spacing * (np.arange(counts[k]) - 0.997 - 0.005 * k) for k in (0, 1))
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     inside = (field(grid.reshape(-1, 2)) < 0).reshape(counts)
     segments, ends = _lattice_segments(inside, field, grid)
@@ -140,7 +141,7 @@ def cut_formula(shape: Implicit, transform: Matrix, plane: Plane) -> list[Curve]
     crossings = _root(field, a, b)
 
     def middle(p: Values, q: Values) -> Values:
-        """The curve's crossing of the perpendicular through the middle of each chord; that itself if there is none."""
+        """The curve's crossing of the perpendicular bisector of each chord; the chord's middle without a crossing."""
         half, across = (p + q) / 2, np.stack([p[:, 1] - q[:, 1], q[:, 0] - p[:, 0]], axis=1)
         found, result = np.zeros(len(p), bool), half.copy()
         for reach in (1e-3, 1e-2, 0.1, 0.5, 1, 2):
@@ -345,7 +346,7 @@ class _FaceCut:
         return a + share[:, None] * (b - a)
 
     def _middle(self, a: Values, b: Values) -> Values:
-        """Move parameters from halfway between a and b onto the plane, at most as far as these are apart."""
+        """Move parameters from halfway between a and b onto the plane, at most by the distance from a to b."""
         domain = np.transpose(self.face.domain)
         uv = start = (a + b) / 2
         limit = np.abs(b - a).sum(axis=1, keepdims=True)

@@ -23,7 +23,7 @@ class Segments(NamedTuple):
 
 
 def edges_of(shape: Shape, step: float) -> Segments:
-    """Return the edges of a shape, without silhouettes; none where a shape has no curves for them, as a formula.
+    """Return the edges of a shape, without silhouettes; empty if a shape has no curves for them, such as a formula.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def _borders(brep: Brep, step: float) -> Segments:
 
 
 def _creases(mesh: Mesh) -> Segments:
-    """Return the edges of triangles at which the shading normal jumps, and those of one triangle."""
+    """Return edges between triangles where the shading normal jumps, and edges of a single triangle."""
     points, number = np.unique(mesh.vertices, axis=0, return_inverse=True)
     corners = number.reshape(-1)[mesh.triangles]
     normals = np.asarray(mesh.core.corner_normals(), np.float64).reshape(-1, 3, 3)

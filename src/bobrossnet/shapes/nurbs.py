@@ -232,7 +232,7 @@ class Brep(Shape):
         ends at its trims.
     face_numbers : (F,) integers, at least 0, optional
         Faces of equal numbers are pieces of one face, such as the halves of a cylinder: drawings have no edge between
-        them. By default each face is one of its own.
+        them. By default each face is separate.
 
     Raises
     ------
@@ -305,8 +305,8 @@ class Brep(Shape):
 
     @lazy
     def moments(self) -> Values:
-        """(n, 15): for each face its area, the integral (3,) of its unit normal, that of position times normal, (3, 3),
-        and the parameters (u, v) of a point of it.
+        """(n, 15): for each face its area, the integrals of its unit normal, (3,), and of position times normal,
+        (3, 3), and the parameters (u, v) of a point of it.
 
         By quadrature, with errors near 1e-9 of the face's squared size where its surface is smooth.
         """

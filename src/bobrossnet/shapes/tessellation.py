@@ -73,9 +73,9 @@ def tessellated(brep: Brep, step: float) -> Mesh:
 # ---- One face ------------------------------------------------------------------------------------------------------
 
 
-def tessellated_face(face: Face, step: float, most: int, color: NDArray[np.float32] | None = None) -> Part:
-    """Return the mesh of a face, of at most so many triangles; ValueError if its trims cross."""
-    grid = _Grid(face, step, most)
+def tessellated_face(face: Face, step: float, max_triangles: int, color: NDArray[np.float32] | None = None) -> Part:
+    """Return the mesh of a face, of at most `max_triangles` triangles; ValueError if its trims cross."""
+    grid = _Grid(face, step, max_triangles)
     loops = border(face, step)
     uv = np.concatenate(loops)
     # The edges of closed polygons, concatenated.
@@ -105,7 +105,7 @@ def border(face: Face, step: float) -> list[Values]:
 class _Grid:
     """Grid lines of u and v, so dense that the surface between them is at most a step long and nearly flat."""
 
-    def __init__(self, face: Face, step: float, most: int) -> None:
+    def __init__(self, face: Face, step: float, max_triangles: int) -> None:
         self.samples = [
             _samples(knots, domain) for knots, domain in zip((face.knots_u, face.knots_v), face.domain, strict=True)
         ]
@@ -122,7 +122,7 @@ class _Grid:
             cost = _cost(length, np.where(known, _angle(a, b), 0), step).max(axis=1 - axis)
             self.costs.append(np.concatenate([[0], np.cumsum(cost + 1e-4)]))  # strictly increasing, hence invertible
             self.counts.append(max(1, int(np.ceil(self.costs[-1][-1] - 0.01))))
-        if 2 * self.counts[0] * self.counts[1] > most:
+        if 2 * self.counts[0] * self.counts[1] > max_triangles:
             raise InputError(
                 f"step: expected a larger one than {step:g}, which makes more than {MAX_TRIANGLES} triangles"
             )
@@ -172,7 +172,7 @@ def points_at(face: Face, uv: Values) -> Values:
 
 
 def _samples(knots: Values, domain: tuple[float, float]) -> Values:
-    """Return the parameters at which a surface is measured: several in each span."""
+    """Return parameters of a surface for measuring it: several in each span."""
     spans = np.unique(knots[(domain[0] <= knots) & (knots <= domain[1])])
     each = int(np.clip(64 // (len(spans) - 1), 2, 12))
     parts = [np.linspace(low, high, each, endpoint=False) for low, high in pairwise(spans)]
@@ -329,7 +329,7 @@ def welded(points: Values, distance: float) -> NDArray[np.intp]:
     cells = (points - points.min(axis=0)) / (2 * distance)
     while True:
         before = number.copy()
-        for shift in np.ndindex(2, 2, 2):  # points closer than half a cell share one of these cells
+        for shift in np.ndindex(2, 2, 2):  # points closer than half a cell share a cell for one of these shifts
             cell = np.floor(cells + 0.5 * np.array(shift)).astype(np.int64)
             _, group = np.unique(packed(cell), return_inverse=True)
             least = np.full(group.max() + 1, len(points))

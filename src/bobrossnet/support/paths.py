@@ -10,7 +10,7 @@ from bobrossnet.support.errors import InputError, InputTypeError
 
 PACKAGE = Path(__file__).parents[1]
 VIEWER = (PACKAGE if (PACKAGE / "viewer/index.html").is_file() else PACKAGE.parents[1]) / "viewer"
-"""The folder of the page and its gallery: in the package, or beside src where the package is editable."""
+"""The folder of the page and its gallery: in the package, or next to src if the package is editable."""
 
 MAX_BYTES = 1 << 32
 """Maximum bytes of a file together with all files it refers to; the largest chunk of a GLB."""

@@ -140,13 +140,13 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
     """Cut a scene by a plane and return the exact contours.
 
     Triangles are cut exactly. Curves of formulas and NURBS are polylines within 2e-6 of the scene's radius; areas and
-    lengths are extrapolated, to about 1e-9 of those of smooth curves. Details of formulas below 1/384 of their box may
-    be missing, and tubes are cut as meshes of 1/512 of their length.
+    lengths are extrapolated, for smooth curves to about 1e-9 of the exact values. Details of formulas below 1/384 of
+    their box may be missing, and tubes are cut as meshes of 1/512 of their length.
 
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
-        Sections of its own are ignored.
+        The scene's own sections are ignored.
     section : Section, or text such as "z=3"
 
     Returns
@@ -186,7 +186,7 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
 
 
 def _ordered(curves: list[Curve]) -> list[Curve]:
-    """Return closed curves first, turned so that what an odd number of them encloses is to their left."""
+    """Return closed curves first, turned so that material, which an odd number of curves encloses, is to their left."""
     closed = [curve for curve in curves if curve.is_closed and len(curve.points) > 2]
     turned = []
     for curve in closed:

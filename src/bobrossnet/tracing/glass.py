@@ -17,7 +17,7 @@ MAX_IOR = 100.0
 class Glass(Material):
     """A solid that reflects and refracts light: glass, water, diamond.
 
-    Its shape encloses what is made of it. Solids may overlap: the one that a ray entered last counts, so that water may
+    Its shape encloses the glass. Solids may overlap: the one that a ray entered last counts, so that water may
     reach into its glass. Only `light` shows it; under the headlight it is opaque.
 
     Parameters

@@ -48,7 +48,7 @@ class Instance:
         A label; nothing but the tree of parts depends on it.
     pieces : iterable of (path, count), optional
         Places in the tree `Scene.parts`: for consecutive primitives, the names from the root down. By default the
-        instance is a part of its own, below the root.
+        instance is a part below the root.
 
     Raises
     ------

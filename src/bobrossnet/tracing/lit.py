@@ -140,7 +140,7 @@ class LitTracer:
             flat = np.zeros((2, *self.size), np.float32)
             ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
         if self._apart:
-            planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
+            planes[4:7] *= planes[0]  # light over a pixel is the light of its covered part
         return Guides.from_planes(planes[:7], ground, edges, planes[9])
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -157,8 +157,8 @@ def lighting(
     level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
     in_core = _core.Lights(
         [light.core() for light in lights if isinstance(light, Light)],
-        top,  # type: ignore[arg-type]
-        bottom,  # type: ignore[arg-type]
+        top,
+        bottom,
         environment,
         math.radians(sky.turn),
         level,

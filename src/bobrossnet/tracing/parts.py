@@ -102,7 +102,7 @@ class Part:
     """Place in the sequence of all parts, each before those below it; -1 for the root."""
     children: tuple[Part, ...]
     own: tuple[Selected, ...]
-    """Primitives of the part itself, without those of parts below it."""
+    """Primitives of the part itself, without parts below it."""
     scene: Shown = field(repr=False)
 
     def __str__(self) -> str:
@@ -146,7 +146,7 @@ class Part:
 
     @property
     def color(self) -> tuple[float, float, float] | None:
-        """Linear RGB of the material; None if there are several, or shapes have colours of their own."""
+        """Linear RGB of the material; None if there are several, or if shapes have colours."""
         instances = [self.scene.instances[i] for i in self.instances]
         colors = {None if instance.shape.is_colored else instance.material.color for instance in instances}
         return colors.pop() if len(colors) == 1 else None
@@ -372,7 +372,7 @@ def _others(instance: Instance, ranges: list[Range]) -> list[Range]:
 
 
 def _cut(instance: Instance, ranges: list[Range]) -> Instance | None:
-    """Return the instance with some of its primitives; None if there are none, itself if these are all."""
+    """Return the instance with some of its primitives; None without any, the instance itself with all."""
     ranges = _merged(ranges)
     if not ranges:
         return None
@@ -399,7 +399,7 @@ def shape_of_primitives(shape: Shape, chosen: NDArray[np.int64]) -> Shape:
     held = shape.tensors_apart()
     corners = held["triangles"][chosen].reshape(-1)
     if shape.normals is None or not (np.isfinite(shape.normals).all() and shape.normals.any(axis=1).all()):
-        # Shading smooths over neighbours that are cut off: each corner keeps its normal as a vertex of its own.
+        # Shading smooths over neighbours that are cut off: each corner becomes a vertex with its normal.
         used, places = corners, np.arange(len(corners))
         held["normals"] = shape.core.corner_normals().reshape(-1, 3, 3)[chosen].reshape(-1, 3)
     else:
@@ -415,7 +415,7 @@ def shape_of_primitives(shape: Shape, chosen: NDArray[np.int64]) -> Shape:
 
 
 def _without_colors(shape: Shape) -> Shape:
-    """Return a shape without colours of its own; with those of a texture that has holes."""
+    """Return a shape without its colours, except a texture that has holes."""
     if not shape.is_colored or (isinstance(shape, Mesh) and shape.texture_alpha is not None):
         return shape
     held = shape.tensors_apart() if isinstance(shape, Mesh) else shape.tensors()

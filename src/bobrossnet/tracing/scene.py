@@ -51,7 +51,7 @@ from bobrossnet.tracing.parts import (
 )
 from bobrossnet.tracing.section import Section, SectionLike, check_sections
 
-MAX_INSTANCES = 100_000
+MAX_INSTANCES = _core.MAX_INSTANCES
 """Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
 
 
@@ -192,7 +192,7 @@ class Scene:
     def unresolved_rays(self) -> int:
         """Number of rays so far that passed places indistinguishable from a surface.
 
-        The sum of `unresolved_rays` over all shapes, in any scene in which they were traced.
+        The sum of `unresolved_rays` over all shapes, in any traced scene that has them.
         """
         shapes = {id(i.shape): i.shape for i in self.instances}
         return sum(shape.unresolved_rays for shape in shapes.values())
@@ -271,12 +271,12 @@ class Scene:
         return exploded(self, factor, axis)
 
     def sectioned(self, section: SectionLike) -> Scene:
-        """Return the same scene with other sections, or with none; it shares all memory, and takes no time to build.
+        """Return the same scene with other sections, or without; it shares all memory, and takes no time to build.
 
         Parameters
         ----------
         section : Section, text such as "x=0", up to six of them, or None
-            As in `Scene`; they replace those of this scene.
+            As in `Scene`; they replace this scene's sections.
         """
         scene = object.__new__(Scene)
         kept = ("light", "ground", "instances", "unit", "has_front", "_arrangement", "center", "radius")
@@ -438,7 +438,7 @@ def as_scene(scene: SceneLike, section: SectionLike = None) -> Scene:
 
 
 class _Several:
-    """What a scene is made of: instances, in one unit and under different names."""
+    """The content of a scene: instances, in one unit and under different names."""
 
     def __init__(self, unit: str | None) -> None:
         self.unit = unit
@@ -469,7 +469,7 @@ class _Several:
         return scene.converted(self.unit).instances
 
     def _renamed(self, instances: Iterable[Instance]) -> Iterator[Instance]:
-        """Instances whose names below the root are not those of scenes before."""
+        """Instances, renamed below the root if an earlier scene has the same name."""
         is_first, renamed = not self._names, dict[str, str]()
         for instance in instances:
             pieces = []

@@ -34,7 +34,7 @@ class Section:
     """A plane that cuts a scene open: it keeps the points p of normal · p <= offset.
 
     So the normal points out of the cut, towards its viewer. As text, a section is an axis, a relation and a number in
-    the scene's unit: `"x<=2"` and `"x<2"` keep the side of smaller x, `"x>2"` that of larger x. `"x=2"` means `"x<=2"`:
+    the scene's unit: `"x<=2"` and `"x<2"` keep the side of smaller x, `"x>2"` the other side. `"x=2"` means `"x<=2"`:
     the default camera, and every other one from the front, right and above, then looks at the cut.
 
     Where the plane cuts a solid, a cap closes it: with the colour of the part, and hatched. Surfaces in the plane

@@ -212,7 +212,7 @@ def traced_light(
 
 
 def check_samples(samples: Any, count: int) -> Samples:
-    """Return what a user's tracer returned, if it is `count` samples; an array is gray or colour."""
+    """Return the samples from a user's tracer after checking their number; an array is gray or colour."""
     if isinstance(samples, np.ndarray):
         samples = Samples(samples) if samples.ndim == 1 else Samples(color=samples)
     if not isinstance(samples, Samples):
