@@ -460,7 +460,9 @@ class BobViewElement extends Parent {
 
   /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes */
   #cut(changes) {
-    this.#cutaway = changed(this.#cutaway, changes);
+    const before = this.#cutaway, names = /** @type {(keyof typeof before)[]} */ (Object.keys(changes));
+    if (names.every((name) => String(changes[name]) === String(before[name]))) return;
+    this.#cutaway = changed(before, changes);
     this.#viewing?.change({ cutaway: this.#cutaway });
   }
 
@@ -535,7 +537,7 @@ class BobViewElement extends Parent {
     this.#motion.pivot = null;
     this.#spots?.clear();
     this.#parts?.clear();
-    if (this.#cutaway.hidden.length + this.#cutaway.highlighted.length > 0) this.#cut({ hidden: [], highlighted: [] });
+    this.#cut({ hidden: [], highlighted: [] });
     this.#wrong.hidden = true;
   }
 

@@ -21,8 +21,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   transform (4, 4): from the shape's units to the scene's; material (12): as materialValues
  * @typedef {{center: [number, number, number], radius: number}} Sphere
- * @typedef {{samples: Float32Array, sphere: Sphere}} Probe
- *   samples (n, 4): depth, NaN for a miss, normal x and y, instance
+ * @typedef {{depths: Float32Array, sphere: Sphere}} Probe depths (n,): NaN for a miss
  * @typedef {import("./cutaway.js").Cutaway} Cutaway
  * @typedef {{number: number, name: string | null, kind: string, count: number, pieces: [string[], number | null][]}} Label
  *   of an instance; number: in the order of the file; kind: as in Python; count: of its primitives; pieces: paths in the tree of parts, and numbers of
@@ -36,8 +35,6 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  *   in the scene's units; area: null unless all are triangles; volume: null unless they are closed
  */
 
-/** Numbers of a probe's sample. */
-const PROBED = 4;
 const FINE = 64; // parts of a pixel that `probe` distinguishes
 const PICKED = 9; // numbers of a pick
 const MEASURED = 8; // numbers of a measure
@@ -139,12 +136,9 @@ export class Scene {
     const at = (/** @type {number} */ place, /** @type {number} */ most) => Math.max(0, Math.min(most - 1, Math.floor(place * fine)));
     const size = { height: Math.ceil(height * fine), width: Math.ceil(width * fine) };
     const pixels = Int32Array.from({ length: places.length }, (_, i) => i % 2 ? at(places[i - 1], size.width) : at(places[i + 1], size.height));
-    const traced = this.trace(pixels, size, camera), wide = this.sampleWidth, samples = new Float32Array(places.length / 2 * PROBED);
-    for (let i = 0; i < places.length / 2; ++i) {
-      const [hit, , depth, x, y] = traced.subarray(i * wide), instance = traced[(i + 1) * wide - 1];
-      samples.set(hit ? [depth, x, y, instance] : [NaN, 0, 0, -1], i * PROBED);
-    }
-    return { samples, sphere: this.sphere };
+    const traced = this.trace(pixels, size, camera), wide = this.sampleWidth;
+    const depths = Float32Array.from({ length: places.length / 2 }, (_, i) => (traced[i * wide] ? traced[i * wide + 2] : NaN));
+    return { depths, sphere: this.sphere };
   }
 
   /**
