@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo page dev quick test docs bench bench-web report quality yyjson npm types clean
+.PHONY: demo page dev quick test style mypy mypy-windows core-tests sanitized docs bench bench-web report quality yyjson npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed-native
@@ -26,15 +26,26 @@ REV ?= HEAD
 quick: dev
 	$(BIN)/python tests/quick.py --since $(REV)
 
-# Style, types, the core's own tests (as they ship, and by Clang under the sanitizers), then everything else.
-test: $(VENV)/installed-test $(VENV)/chromium clang types
+# Style, types and the core's own tests, two at a time because most of them use one core; then everything else.
+test: $(VENV)/installed-test $(VENV)/chromium clang
+	$(MAKE) --jobs 2 sanitized mypy mypy-windows types style core-tests
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+style:
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+mypy:
 	$(BIN)/mypy
+
+mypy-windows:
 	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 src
+
+core-tests:
 	$(NATIVE)/core_tests
+
+sanitized:
 	$(call core_tests,sanitize,-DBOBROSSNET_SANITIZE=address$(comma)undefined $(addprefix -DCMAKE_CXX_COMPILER=,$(CLANG)))
-	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py

@@ -45,6 +45,59 @@ def launch(kind: Any, *options: str) -> Any:
     return kind.launch(executable_path=program, args=[*options, *(["--no-sandbox"] if os.geteuid() == 0 else [])])
 
 
+LEAVE = """() => {
+  sessionStorage.clear();
+  location.replace(URL.createObjectURL(new Blob([""], { type: "text/html" })));
+}"""
+
+
+class Tabs:
+    """Tabs of a browser that tests use one after another.
+
+    A new context costs as much as two first pictures: its processes start, and compile the page's code again. An idle
+    tab with the same scripts and settings has both. Between tests it shows an empty document of the last page's origin,
+    because another origin would take another process.
+    """
+
+    IDLE = 4
+    """Maximum number of idle tabs: each has a process."""
+
+    def __init__(self, browser: Any) -> None:
+        self._browser = browser
+        self._idle: list[tuple[Any, Any]] = []  # keys and tabs, the last used one last
+        self._opened: dict[Any, tuple[Any, dict[str, Any]]] = {}  # the key and the listeners of a tab
+
+    def open(self, *scripts: str, on: dict[str, Any], **settings: Any) -> Any:
+        """Return a tab of a context with these settings, whose pages run the scripts first; listen to its events."""
+        key = scripts, sorted(settings.items())
+        i = next((i for i, (other, _) in enumerate(self._idle) if other == key), None)
+        if i is None:
+            tab = self._browser.new_context(**settings).new_page()
+            for script in scripts:
+                tab.add_init_script(script)
+        else:
+            _, tab = self._idle.pop(i)
+        for event, listener in on.items():
+            tab.on(event, listener)
+        self._opened[tab] = key, on
+        return tab
+
+    def release(self, tab: Any) -> None:
+        """End the tab's page, and keep the tab for another test if possible."""
+        key, on = self._opened.pop(tab)
+        for event, listener in on.items():
+            tab.remove_listener(event, listener)
+        try:
+            tab.mouse.up()
+            tab.evaluate(LEAVE)
+            tab.wait_for_url("blob:**")
+            self._idle.append((key, tab))
+        except Exception:  # it crashed, is closed, or its page has no origin
+            tab.context.close()
+        while len(self._idle) > self.IDLE:
+            self._idle.pop(0)[1].context.close()
+
+
 @contextmanager
 def serving(folder: Path, **headers: str) -> Iterator[str]:
     """Serve only a folder's files; return the address. Responses have these headers, with _ for -."""

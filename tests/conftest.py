@@ -6,9 +6,30 @@ import threading
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
-from browser import chromium
+from browser import Tabs, chromium
 
 import bobrossnet as bob
+
+LONGEST = (
+    "test_viewer",
+    "test_controls",
+    "test_component",
+    "test_viewer_files",
+    "test_npm",
+    "test_tutorials",
+    "test_documents",
+    "test_elements",
+    "test_train",
+    "test_dataset",
+    "test_failures",
+    "test_figures_learned",
+    "test_cli",
+)
+"""The files that take the longest run first: of two workers, none is left with a long file at the end."""
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST))
 
 
 @pytest.fixture(scope="session")
@@ -44,6 +65,12 @@ def browser():
     """Start Chromium; tests that need it are skipped if it is missing."""
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="session")
+def tabs(browser):
+    """Return tabs that tests use one after another."""
+    return Tabs(browser)
 
 
 @pytest.fixture(scope="session")

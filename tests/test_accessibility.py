@@ -24,21 +24,21 @@ CONTRASTS = """() => {
 
 
 @pytest.fixture
-def opened(browser, viewer):
+def opened(tabs, viewer):
     """Open the page in a context with these settings."""
-    contexts = []
+    pages = []
 
-    def opened(**context):
-        contexts.append(browser.new_context(**{"reduced_motion": "reduce", **context}))
-        page = contexts[-1].new_page()
+    def opened(**settings):
+        page = tabs.open(on={}, **{"reduced_motion": "reduce", **settings})
+        pages.append(page)
         page.goto(viewer.url + "?size=128x96#scene=csg.sdf")
         page.evaluate("async () => { await bobrossnet.started; await bobrossnet.converged(); }")
         page.evaluate(CONTRASTS)
         return page
 
     yield opened
-    for context in contexts:
-        context.close()
+    for page in pages:
+        tabs.release(page)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -14,8 +14,8 @@ TURN = "slider.value = %s; slider.dispatchEvent(new Event('input', { bubbles: tr
 
 
 @pytest.fixture
-def page(browser, viewer):
-    page = Page(browser, viewer.url + SIZE)
+def page(tabs, viewer):
+    page = Page(tabs, viewer.url + SIZE)
     page.choose("csg.sdf")
     page.tab.click("#script summary")
     yield page

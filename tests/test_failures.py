@@ -37,30 +37,30 @@ def folder(viewer, tmp_path_factory):
     return folder
 
 
+LOADED = """document.addEventListener("load", (event) => {
+  if (event.target.localName === "bob-view") window.isShown = true;
+}, true);"""
+
+
 @pytest.fixture
-def told(browser, folder):
+def told(tabs, folder):
     """Open an element; return the sentence that is shown, or None once there is a picture."""
-    contexts = []
 
     def told(attributes, script="", head="", address=None):
         (folder / "index.html").write_text(ELEMENT.format(attributes=attributes, head=head))
-        contexts.append(browser.new_context())
-        page = contexts[-1].new_page()
-        page.add_init_script(script)
-        page.add_init_script("""document.addEventListener("load", (event) => {
-          if (event.target.localName === "bob-view") window.isShown = true;
-        }, true);""")
-        with serving(folder) as here:
-            page.goto(here)
-            page.wait_for_function("() => customElements.get('bob-view')")
-            if address is not None:
-                page.evaluate("(address) => { document.querySelector('bob-view').src = address; }", address)
-            page.wait_for_function(ANSWERED)
-            return (page.text_content("#wrong") or "").replace(here, "HERE/") or None
+        page = tabs.open(script, LOADED, on={})
+        try:
+            with serving(folder) as here:
+                page.goto(here)
+                page.wait_for_function("() => customElements.get('bob-view')")
+                if address is not None:
+                    page.evaluate("(address) => { document.querySelector('bob-view').src = address; }", address)
+                page.wait_for_function(ANSWERED)
+                return (page.text_content("#wrong") or "").replace(here, "HERE/") or None
+        finally:
+            tabs.release(page)
 
-    yield told
-    for context in contexts:
-        context.close()
+    return told
 
 
 # ---- Browsers and policies -------------------------------------------------------------------------------

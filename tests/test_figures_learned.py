@@ -53,7 +53,7 @@ def data(tmp_path_factory):
 @pytest.fixture(scope="module")
 def comparison(data):
     state = torch.get_rng_state()
-    found = compare_losses(data, samples=4, unseen=3, steps=3, batch=2)
+    found = compare_losses(data, samples=3, unseen=2, steps=3, batch=2)
     assert torch.equal(torch.get_rng_state(), state)
     return found
 
@@ -80,21 +80,22 @@ def test_all_losses_are_compared(comparison):
     for row in comparison.scores.values():
         assert list(row) == list(MEASURES)
         assert all(math.isfinite(value) for value in row.values())
-    assert comparison.counts == {TRAINED: 4, UNSEEN: 3}
+    assert comparison.counts == {TRAINED: 3, UNSEEN: 2}
     assert len({row["ssim"] for row in comparison.scores.values()}) == 10  # each its own network
     rows = rows_of(comparison.csv())
     assert float(rows[3]["l2"]) == pytest.approx(comparison.scores["l2", UNSEEN]["l2"], abs=1e-6)
 
 
-def test_losses_are_lowered_and_the_same_again(data, comparison):
-    untrained = compare_losses(data, samples=4, unseen=3, steps=0, batch=2)
+def test_losses_are_lowered_and_the_same_again(data, comparison, monkeypatch):
+    monkeypatch.setattr(losses, "OF_REPORT", ("l1", "l2"))  # each loss has a separate training
+    untrained = compare_losses(data, samples=3, unseen=2, steps=0, batch=2)
     assert (
         len({tuple(row.values()) for (_, name), row in untrained.scores.items() if name == TRAINED}) == 1
     )  # one start
     for loss, measure in (("l1", "l1"), ("l2", "l2")):
         assert comparison.scores[loss, TRAINED][measure] < untrained.scores[loss, TRAINED][measure]
-    again = compare_losses(data, samples=4, unseen=3, steps=3, batch=2)
-    assert again.scores == comparison.scores
+    again = compare_losses(data, samples=3, unseen=2, steps=3, batch=2)
+    assert again.scores == {key: scores for key, scores in comparison.scores.items() if key[0] in losses.OF_REPORT}
 
 
 def test_losses_are_drawn(comparison):
@@ -107,7 +108,7 @@ def test_losses_are_drawn(comparison):
     assert titles[0] == "reference"
     assert titles[-1] == f"SSIM + L2\nSSIM {trained.scores['ssim+l2']:.3f}"
     assert bob.ssim(trained.images["l1"], trained.reference) == pytest.approx(trained.scores["l1"], abs=1e-5)
-    assert "4 samples" in drawing.caption
+    assert "3 samples" in drawing.caption
 
 
 # ---- scores and stages --------------------------------------------------------------------------------------

@@ -196,7 +196,8 @@ def test_obj_loads_in_time_linear_in_its_materials(tmp_path: Path) -> None:
         return time.thread_time() - start
 
     cost(10)
-    assert cost(8000) < 14 * cost(1000)  # 8 if linear, above 30 if every material goes through all triangles
+    # 8 if linear, above 30 if every material goes through all triangles. Other processes slow both down unevenly.
+    assert min(cost(8000), cost(8000)) < 20 * max(cost(1000), cost(1000))
 
 
 def test_pictures_of_a_file_have_a_limit_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

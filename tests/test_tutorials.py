@@ -76,6 +76,7 @@ def test_train(folder, capsys):
         {
             "--test-shapes 2": "--test-shapes 1",
             "epochs=2": "epochs=1 batch=128",
+            "5%,10%,25%": "10%",
             "--panels -o mine": "--size 64x64 -o mine",
         },
     )

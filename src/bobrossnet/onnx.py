@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from importlib.metadata import distribution
 
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
@@ -25,5 +24,7 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     InputError
         If the weights can't be used or the file can't be written.
     """
+    from importlib.metadata import distribution  # a tenth of the time of importing the package
+
     (point,) = distribution("bobrossnet").entry_points.select(group="bobrossnet.export", name="onnx")
     point.load()(model, path)  # this imports torch, which nothing else here needs
