@@ -92,34 +92,41 @@ def folder(viewer, tmp_path_factory):
     return folder
 
 
-@pytest.fixture(params=[{}, SHARING], ids=["alone", "shared"])
-def headers(request):
-    """Return a server's headers, without and with which workers may share memory."""
+@pytest.fixture(params=["alone", "shared"])
+def host(request):
+    """Return a server's name: on one of them, workers may share memory."""
     return request.param
 
 
-@pytest.fixture
-def shown(browser, folder):
-    """Open a page with an element of these attributes."""
-    open_ones, wrong = [], []
+@pytest.fixture(scope="module")
+def hosts(folder):
+    """Serve the folder without and with headers by which workers may share memory."""
+    with (
+        serving(folder, Cache_Control="no-store") as alone,
+        serving(folder, Cache_Control="no-store", **SHARING) as shared,
+    ):
+        yield {"alone": alone, "shared": shared}
 
-    def shown(attributes, headers=None):
-        context = browser.new_context(reduced_motion="reduce", viewport={"width": 640, "height": 480})
-        server = serving(folder, **(headers or {}))
-        open_ones.append((context, server))
-        tab = context.new_page()
-        tab.add_init_script(TOLD)
-        tab.on("pageerror", lambda error: wrong.append(str(error)))
+
+@pytest.fixture
+def shown(tabs, folder, hosts):
+    """Open a page with an element of these attributes."""
+    opened, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
+
+    def shown(attributes, host="alone"):
+        settings = {"reduced_motion": "reduce", "viewport": {"width": 640, "height": 480}}
+        tab = tabs.open(TOLD, on=listeners, **settings)
+        opened.append(tab)
         attributes = attributes if "samples" in attributes else f'{attributes} samples="1"'
         (folder / "index.html").write_text(PAGE.format(attributes=attributes, width=WIDTH, height=HEIGHT))
-        tab.goto(server.__enter__())
+        tab.goto(hosts[host])
         tab.wait_for_function("() => told.some(({ type }) => type === 'load')")
         return tab
 
     yield shown
-    for context, server in open_ones:
-        context.close()
-        server.__exit__(None, None, None)
+    for tab in opened:
+        tabs.release(tab)
     assert wrong == []
 
 
@@ -167,8 +174,8 @@ def test_sections_have_one_grammar(tmp_path):
 
 
 @pytest.mark.parametrize("section", ["x=10", "x=10, z<0.4", "y>0.2"])
-def test_sections_are_those_of_python(shown, headers, section):
-    page = shown(f'src="nested.bob" section="{section}"', headers)
+def test_sections_are_those_of_python(shown, host, section):
+    page = shown(f'src="nested.bob" section="{section}"', host)
     assert_shows(page, nested(), section=section.split(","))
 
 
@@ -177,8 +184,8 @@ def test_formulas_are_cut(shown):
     assert_shows(page, bob.load(VIEWER / "gallery/csg.sdf"), section="x=0.1")
 
 
-def test_sections_come_move_and_go(shown, headers):
-    page = shown('src="nested.bob"', headers)
+def test_sections_come_move_and_go(shown, host):
+    page = shown('src="nested.bob"', host)
     assert_shows(page, nested())
     for x in (9.5, 10.5, 10):
         page.evaluate(f"(x) => {{ {VIEW}.section = `x=${{x}}`; }}", x)
@@ -273,9 +280,9 @@ def without(scene, *parts):
     return bob.Scene([*scene.hide(*parts).instances, *dust])
 
 
-def test_parts_of_a_mesh_are_hidden_and_come_back(shown, headers, folder):
+def test_parts_of_a_mesh_are_hidden_and_come_back(shown, host, folder):
     scene = bob.load(folder / "machine.obj")
-    page = shown('src="machine.obj"', headers)
+    page = shown('src="machine.obj"', host)
     page.evaluate(f"() => {VIEW}.hide('bolt')")
     assert_shows(page, without(scene, "bolt"))
     page.evaluate(f"() => {VIEW}.isolate('lid')")
@@ -308,21 +315,21 @@ def test_other_shapes_are_hidden_and_highlighted(shown):
 
 
 @pytest.mark.parametrize("name", ["machine.obj", "nested.bob"])
-@pytest.mark.parametrize("place", [(50, 70), (90, 60), (110, 55), (80, 62)])
-def test_picks_are_those_of_python(shown, folder, name, place):
-    scene, (x, y) = bob.load(folder / name), place
+def test_picks_are_those_of_python(shown, folder, name):
+    scene = bob.load(folder / name)
     page = shown(f'src="{name}" section="z<0.3"')
     settled(page)
-    found = page.evaluate(f"([x, y]) => {VIEW}.pick(x + 0.5, y + 0.5)", [x, y])
-    wanted = bob.pick(scene.sectioned("z<0.3"), y, x, size=(HEIGHT, WIDTH))
-    if wanted is None:
-        assert found is None
-        return
-    assert found["part"] == str(wanted.part)
-    assert (found["instance"], found["face"], found["section"]) == (wanted.instance, wanted.face, wanted.section)
-    assert found["point"] == pytest.approx(wanted.point, abs=3e-6 * scene.radius)
-    assert found["normal"] == pytest.approx(wanted.normal, abs=1e-4)
-    assert found["unit"] == scene.unit
+    for x, y in [(50, 70), (90, 60), (110, 55), (80, 62), (3, 3)]:
+        found = page.evaluate(f"([x, y]) => {VIEW}.pick(x + 0.5, y + 0.5)", [x, y])
+        wanted = bob.pick(scene.sectioned("z<0.3"), y, x, size=(HEIGHT, WIDTH))
+        assert (found is None) == (wanted is None)
+        if wanted is None:
+            continue
+        assert found["part"] == str(wanted.part)
+        assert (found["instance"], found["face"], found["section"]) == (wanted.instance, wanted.face, wanted.section)
+        assert found["point"] == pytest.approx(wanted.point, abs=3e-6 * scene.radius)
+        assert found["normal"] == pytest.approx(wanted.normal, abs=1e-4)
+        assert found["unit"] == scene.unit
 
 
 def test_measures_are_those_of_python(shown, folder, gltf):
@@ -344,9 +351,9 @@ def test_measures_are_those_of_python(shown, folder, gltf):
 
 
 @pytest.mark.parametrize("name", ["machine.obj", "nested.bob", "csg.sdf"])
-def test_edges_are_those_of_python(shown, headers, folder, name):
+def test_edges_are_those_of_python(shown, host, folder, name):
     """Over the exact picture; meshes fetch the module with all shapes."""
-    page = shown(f'src="{name}" samples="4"', headers)
+    page = shown(f'src="{name}" samples="4"', host)
     scene = bob.load(folder / name)
     for edges in (False, True, False):
         wanted = bob.render(scene, size=(HEIGHT, WIDTH), edges=edges, background="#000").rgba[..., :3]
@@ -361,22 +368,22 @@ def test_edges_are_those_of_python(shown, headers, folder, name):
 
 
 @pytest.fixture
-def tab(browser, viewer, folder):
+def tab(tabs, viewer, folder):
     """Open the viewer's page with a scene of the folder."""
-    contexts, wrong = [], []
+    opened, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
-    def tab(name, **context):
+    def tab(name):
         viewer.files[f"files/{name}"] = (folder / name).read_bytes()
-        contexts.append(browser.new_context(reduced_motion="reduce", **context))
-        tab = contexts[-1].new_page()
-        tab.on("pageerror", lambda error: wrong.append(str(error)))
-        tab.goto(f"{viewer.url}?size={WIDTH}x{HEIGHT}&samples=1&scene=files/{name}")
-        tab.evaluate("() => bobrossnet.started")
-        return tab
+        page = tabs.open(on=listeners, reduced_motion="reduce", viewport={"width": 1280, "height": 800})
+        opened.append(page)
+        page.goto(f"{viewer.url}?size={WIDTH}x{HEIGHT}&samples=1&scene=files/{name}")
+        page.evaluate("() => bobrossnet.started")
+        return page
 
     yield tab
-    for context in contexts:
-        context.close()
+    for page in opened:
+        tabs.release(page)
     assert wrong == []
 
 
