@@ -127,9 +127,11 @@ compile_wasm(threads parallel_lent ${PROJECT_SOURCE_DIR}/core/base/parallel_lent
 compile_wasm(runtime_of_threads wasm_threads ${PROJECT_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${PROJECT_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${PROJECT_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
+compile_wasm(tracing_objects wasm_parts ${PROJECT_SOURCE_DIR}/bindings/wasm_parts.cpp ${wasm_flags} ${small_flags})
 compile_wasm(files_objects wasm_files ${PROJECT_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(light_objects wasm_light ${PROJECT_SOURCE_DIR}/bindings/wasm_light.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
+compile_wasm(shapes_objects wasm_drawing ${PROJECT_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
 set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
@@ -150,7 +152,7 @@ set(of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${of_one} ${completion_relaxed})
 # Links the core to NAME, NAME.mesh, and the same with lights, for instructions of SET. The linker leaves unused code out: core.mesh
-# has no shapes except meshes, and only core.mesh reads files of meshes.
+# has no shapes except meshes and draws no edges; only core.mesh reads files of meshes.
 macro(link_cores name set)
   set(core ${completion_${set}} ${tracing_objects} ${tracing_${set}})
   set(light ${light_objects} ${light_${set}})

@@ -23,7 +23,7 @@
 #include "sampling/refresh.h"
 #include "sampling/squares.h"
 #include "sampling/whole.h"
-#include "shapes/mesh/mesh.h"
+#include "shapes/mesh/owned_arrays.h"
 #include "tracing/antialiasing.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
@@ -82,29 +82,25 @@ Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::in
         const auto* points = reinterpret_cast<const bob::Mesh::Point*>(vertices);
         const auto* corners = reinterpret_cast<const bob::Triangle*>(triangles);
         const auto* directions = reinterpret_cast<const bob::Vec3*>(normals);
-        auto shape = std::make_unique<Shape>();
-        shape->vertices.assign(points, points + vertex_count);
-        shape->triangles.assign(corners, corners + triangle_count);
-        if (normals) shape->normals.assign(directions, directions + vertex_count);
-        const auto vectors = [](const float* from, std::size_t count, std::vector<bob::Vec3>& to) {
+        const auto own = std::make_shared<bob::OwnedArrays>();
+        own->vertices.assign(points, points + vertex_count);
+        own->triangles.assign(corners, corners + triangle_count);
+        if (normals) own->normals.assign(directions, directions + vertex_count);
+        const auto take = [](const float* from, std::size_t count, std::vector<bob::Vec3>& to) {
             const auto* first = reinterpret_cast<const bob::Vec3*>(from);
             if (from) to.assign(first, first + count);
-            return std::span<const bob::Vec3>(to);
         };
-        bob::Mesh::Arrays arrays{shape->vertices, shape->triangles, shape->normals, nullptr};
-        arrays.colors = vectors(colors, vertex_count, shape->colors);
-        arrays.face_colors = vectors(face_colors, triangle_count, shape->face_colors);
+        take(colors, vertex_count, own->colors), take(face_colors, triangle_count, own->face_colors);
         if (picture) {
             const auto* places = reinterpret_cast<const bob::Mesh::Uv*>(uv);
-            shape->uv.assign(places, places + vertex_count);
-            arrays.uv = shape->uv;
-            arrays.texture = std::make_shared<bob::Texture>(*picture, static_cast<bob::Wrap>(across), static_cast<bob::Wrap>(down));
+            own->uv.assign(places, places + vertex_count);
+            own->texture = std::make_shared<bob::Texture>(*picture, static_cast<bob::Wrap>(across), static_cast<bob::Wrap>(down));
         }
-        if (alphas) shape->alphas.assign(alphas, alphas + vertex_count);
-        arrays.alphas = shape->alphas, arrays.alpha_cutoff = alpha_cutoff;
-        shape->core = std::make_shared<bob::Mesh>(arrays);
-        expect(std::isfinite(shape->core->sphere().radius), "vertices: expected finite numbers, got NaN or infinite ones");
-        return shape.release();
+        if (alphas) own->alphas.assign(alphas, alphas + vertex_count);
+        own->alpha_cutoff = alpha_cutoff;
+        auto mesh = std::make_shared<bob::Mesh>(bob::OwnedArrays::of(own));
+        expect(std::isfinite(mesh->sphere().radius), "vertices: expected finite numbers, got NaN or infinite ones");
+        return new Shape{std::move(mesh)};
     });
 }
 

@@ -14,6 +14,7 @@ LONGEST = (
     "test_viewer",
     "test_controls",
     "test_component",
+    "test_cutaways",
     "test_viewer_files",
     "test_npm",
     "test_tutorials",

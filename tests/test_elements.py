@@ -193,7 +193,7 @@ def test_a_click_picks_in_a_scene_that_was_freed(shown):
     assert len(found["point"]) == 3
     page.evaluate("() => scrollTo(0, 2000)")
     page.wait_for_function("() => alive.size === 0")
-    assert page.evaluate("() => v1.viewing.probe([32, 24], { height: 48, width: 64 }, v1.camera)") is None  # unseen
+    assert page.evaluate("() => v1.viewing.ask('about')") is None  # unseen
     page.evaluate("() => scrollTo(0, 0)")
     page.wait_for_function("() => v1.viewing.isSeen")
     assert page.evaluate(pick) == found

@@ -50,7 +50,7 @@ PAGE = {
     "files": {"core", "shapes", "tracing"},
     "workers": {"core", "picture", "shapes", "tracing", "completion", "files"},
     "component": {"core", "picture", "shapes", "tracing", "workers"},
-    "interface": {"component", "core", "picture", "shapes"},
+    "interface": {"component", "core", "picture", "shapes", "tracing"},
 }
 
 

@@ -38,7 +38,7 @@ constexpr float smooth_degrees = 3;
 
 constexpr float degree = 3.14159265f / 180;
 
-/// A place in half pixels: the centres of pixels are even, and the picture's first is 2, 2.
+/// A place in half pixels: the centres of pixels are even, and the first is 2, 2.
 struct Spot {
     int row = 0, column = 0;
 };
@@ -56,11 +56,12 @@ struct Sight {
 
 class Finder {
 public:
-    Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth)
-        : scene_(scene), projection_(camera, height, width), rows_(2 * height + 3), columns_(2 * width + 3), smooth_(smooth),
+    /// Of the rows from `begin` to `end`.
+    Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth, int begin, int end)
+        : scene_(scene), projection_(camera, height, width), begin_(begin), rows_(2 * (end - begin) + 3), columns_(2 * width + 3), smooth_(smooth),
           has_face_normals_(shades_by_other_normals(scene)),
           at_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_), untraced),
-          kinds_(static_cast<std::size_t>(height + 1) * static_cast<std::size_t>(width + 1)) {}
+          kinds_(static_cast<std::size_t>(end - begin + 1) * static_cast<std::size_t>(width + 1)) {}
 
     Curves operator()() {
         look_at_pixels();
@@ -88,7 +89,9 @@ private:
         return static_cast<std::size_t>(p.row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(p.column);
     }
     [[nodiscard]] const Look& look(Spot p) const { return looks_[at_[index(p)]]; }
-    static Sight sight(Spot p) { return {0.5f * static_cast<float>(p.row) - 1, 0.5f * static_cast<float>(p.column) - 1}; }
+    [[nodiscard]] Sight sight(Spot p) const {
+        return {0.5f * static_cast<float>(p.row) - 1 + static_cast<float>(begin_), 0.5f * static_cast<float>(p.column) - 1};
+    }
 
     /// First hits along sights; neighbours should follow each other.
     void trace(std::span<const Sight> sights, std::span<Look> looks) const {
@@ -434,6 +437,7 @@ private:
 
     const Scene& scene_;
     Projection projection_;
+    int begin_;
     int rows_, columns_;  // of half pixels, one pixel beyond the picture on each side
     bool smooth_, has_face_normals_;
     std::vector<Look> looks_;
@@ -447,7 +451,15 @@ private:
 }  // namespace
 
 Curves visible_edges(const Scene& scene, const Camera& camera, int height, int width, bool smooth) {
-    return Finder(scene, camera, height, width, smooth)();
+    return Finder(scene, camera, height, width, smooth, 0, height)();
+}
+
+void draw_visible_edges(const Scene& scene, const Camera& camera, int height, int width, int begin, int end, float width_of_stroke,
+                        std::span<float> coverage) {
+    const int beyond = 2 + static_cast<int>(std::ceil(width_of_stroke));  // strokes from there reach the rows
+    Curves curves = Finder(scene, camera, height, width, true, std::max(0, begin - beyond), std::min(height, end + beyond))();
+    for (PicturePoint& point : curves.points) point.row -= static_cast<float>(begin);
+    draw_strokes(curves.points, curves.ends, width_of_stroke, end - begin, width, coverage.data());
 }
 
 }  // namespace bob

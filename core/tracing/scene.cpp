@@ -1,9 +1,9 @@
 #include "tracing/scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -343,15 +343,14 @@ Scene Scene::sectioned(std::span<const SectionPlane> planes) const {
         if (added) entry->second = instance.shape->prepare_inside();
         scene.is_solid_.push_back(entry->second);
     }
-    std::vector<std::uint32_t> order(instances_.size());
-    std::iota(order.begin(), order.end(), 0u);
-    const auto volume = [&](std::uint32_t k) {
+    std::vector<std::uint64_t> order;  // the volume's bits, whose order is that of numbers from 0 on, and the instance
+    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         const Vec3 size = instances_[k].high - instances_[k].low;
-        return size.x * size.y * size.z;
-    };
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return volume(a) < volume(b); });
+        order.push_back(std::uint64_t{std::bit_cast<std::uint32_t>(std::max(0.f, size.x * size.y * size.z))} << 32 | k);
+    }
+    std::sort(order.begin(), order.end());
     scene.ranks_.resize(order.size());
-    for (std::uint32_t rank = 0; rank < order.size(); ++rank) scene.ranks_[order[rank]] = rank;
+    for (std::uint32_t rank = 0; rank < order.size(); ++rank) scene.ranks_[static_cast<std::uint32_t>(order[rank])] = rank;
     return scene;
 }
 

@@ -20,6 +20,8 @@
  * | `touch-action` | "pan-y", the default, leaves vertical swipes to the page, "pan-x" horizontal ones, "none" none |
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
+ * | `section` | planes that cut the scene open, such as "x=0" or "x<2, z>0.5", as in bobrossnet.render |
+ * | `edges` | lines at visible edges, once it is at rest: borders of faces, creases and silhouettes, as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
@@ -50,6 +52,8 @@ import { isSingleFile, useFolder, usedFolder } from "../core/parts.js";
 import { VERSION } from "../core/version.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
 import { projection } from "../picture/projection.js";
+import { WHOLE, changed } from "../tracing/cutaway.js";
+import { planesOf, sectionsOf, textOf, toggled } from "../tracing/section.js";
 import { define } from "./define.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, home, listenToKeys } from "./keys.js";
@@ -66,6 +70,7 @@ const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
 const SAMPLES = 4;
 const LIGHTS = ["headlight", "studio"];
+const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
 const IDLE_MS = 3000; // without input, before it turns by itself and hints that it can be turned
@@ -75,9 +80,9 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
   "rotation-per-second", "interaction-prompt", "background", "exposure", "light", "picture-size", "samples", "workers",
-  "loading", "base",
+  "loading", "base", "section",
 ];
-const SWITCHES = ["camera-controls", "auto-rotate", "view-cube"];
+const SWITCHES = ["camera-controls", "auto-rotate", "view-cube", "edges"];
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
@@ -121,6 +126,9 @@ class BobViewElement extends Parent {
   #spots;
   /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
   #cube;
+  #cutaway = WHOLE;
+  /** @type {import("./parts.js").Parts | undefined} */
+  #parts;
   /** Removes the input handlers. @type {AbortController | undefined} */
   #hands;
   #touchedAt = 0;
@@ -160,7 +168,8 @@ class BobViewElement extends Parent {
     });
     this.#viewing.schedule.side = this.#side;
     this.#viewing.light(this.#isLit);
-    this.#viewing.change({ camera: this.#camera });
+    this.#viewing.change({ camera: this.#camera, cutaway: this.#cutaway });
+    this.#draw();
     this.show(this.#showing);
     this.#resize();
     this.#describe();
@@ -232,6 +241,10 @@ class BobViewElement extends Parent {
       this.show({ isTransparent: value !== null });
     } else if (name === "picture-size") {
       this.#resize();
+    } else if (name === "edges") {
+      this.#draw();
+    } else if (name === "section") {
+      this.#section(value);
     } else if (name === "samples") {
       if (this.#viewing) this.#viewing.schedule.side = this.#side;
       this.#viewing?.change({});
@@ -390,7 +403,96 @@ class BobViewElement extends Parent {
     const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
     const { picked } = await import("../tracing/picking.js");
-    return picked(place, pictureBox, camera, (...places) => this.#probe(...places));
+    return picked(place, pictureBox, camera, (...seen) => this.#ask("pick", ...seen), (await this.#ofParts()).tree());
+  }
+
+  // ---- Parts and measures --------------------------------------------------------------------------------
+
+  /** The tree of the scene's parts, by the names in its file. @returns {Promise<import("../tracing/parts.js").Part>} the root */
+  async parts() {
+    const tree = await (await this.#ofParts()).tree();
+    if (!tree) throw new Error("parts: expected an open scene that is seen, got none");
+    return tree.root;
+  }
+
+  /** Hides parts, with all below them. @param {...(string | number)} parts paths, names or numbers @returns {Promise<void>} */
+  async hide(...parts) {
+    await (await this.#ofParts()).hide(parts, true);
+  }
+
+  /** Shows parts that are hidden, with all below them. @param {...(string | number)} parts paths, names or numbers @returns {Promise<void>} */
+  async unhide(...parts) {
+    await (await this.#ofParts()).hide(parts, false);
+  }
+
+  /** Shows only these parts; without any, all of them. @param {...(string | number)} parts paths, names or numbers @returns {Promise<void>} */
+  async isolate(...parts) {
+    await (await this.#ofParts()).isolate(parts);
+  }
+
+  /** Highlights parts, and no others. @param {...(string | number)} parts paths, names or numbers @returns {Promise<void>} */
+  async highlight(...parts) {
+    await (await this.#ofParts()).highlight(parts);
+  }
+
+  /**
+   * Measures a part or, if omitted, the whole scene: its size, area and volume.
+   *
+   * @param {string | number} [part] a path, name or number
+   * @returns {Promise<import("./parts.js").Measures>}
+   */
+  async measure(part) {
+    return (await this.#ofParts()).measure(part);
+  }
+
+  /** The box around the scene, and other facts about it. @returns {Promise<import("../tracing/scene.js").About | null>} null if there is none */
+  about() {
+    return this.#ask("about");
+  }
+
+  async #ofParts() {
+    if (!this.#parts) {
+      const { Parts } = await import("../component/parts.js");
+      this.#parts ??= new Parts(this.#ask, (changes) => this.#cut(changes));
+    }
+    return this.#parts;
+  }
+
+  #draw() {
+    const scale = this.#fixedSize ? 1 : Math.max(1, devicePixelRatio), thickness = this.hasAttribute("edges") ? LINE * scale : 0;
+    if (!this.#viewing || this.#viewing.schedule.thickness === thickness) return;
+    if (!this.#viewing.draw(thickness)) this.#fail("edges: expected a page with the module for all shapes, got one for meshes alone");
+  }
+
+  /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes */
+  #cut(changes) {
+    const before = this.#cutaway, names = /** @type {(keyof typeof before)[]} */ (Object.keys(changes));
+    if (names.every((name) => String(changes[name]) === String(before[name]))) return;
+    this.#cutaway = changed(before, changes);
+    this.#viewing?.change({ cutaway: this.#cutaway });
+  }
+
+  /** @param {string | null} text */
+  #section(text) {
+    try {
+      this.#cut({ planes: planesOf(sectionsOf(text)) });
+    } catch (error) {
+      this.#fail(/** @type {Error} */ (error).message);
+    }
+  }
+
+  /** Cuts the scene open along an axis, or not. @param {import("../tracing/section.js").Axis} axis */
+  async #toggleSection(axis) {
+    const about = await this.about();
+    if (about) this.setAttribute("section", textOf(toggled(this.#sections, axis, about.box)));
+  }
+
+  get #sections() {
+    try {
+      return sectionsOf(this.getAttribute("section"));
+    } catch {
+      return [];
+    }
   }
 
   // ---- Scenes --------------------------------------------------------------------------------------------
@@ -440,6 +542,8 @@ class BobViewElement extends Parent {
     this.#isNew = true;
     this.#motion.pivot = null;
     this.#spots?.clear();
+    this.#parts?.clear();
+    this.#cut({ hidden: [], highlighted: [] });
     this.#wrong.hidden = true;
   }
 
@@ -520,7 +624,7 @@ class BobViewElement extends Parent {
   async #addSpots() {
     if (this.#spots || !this.querySelector(":scope > [slot^=hotspot]")) return;
     const { Spots } = await import("../component/spots.js"), root = /** @type {ShadowRoot} */ (this.shadowRoot);
-    this.#spots ??= new Spots(this, root, (...places) => this.#probe(...places), () => this.pictureBox);
+    this.#spots ??= new Spots(this, root, (...places) => this.#ask("probe", ...places), () => this.pictureBox);
     if (this.#canvas.width > 1) this.#spots.show(this.camera);
   }
 
@@ -556,18 +660,17 @@ class BobViewElement extends Parent {
     listen(canvas, this.#motion, (x, y) => this.#focus(x, y), signal);
     listenToKeys(canvas, this.#motion, () => this.camera, {
       fit: () => this.#goToFit("user-interaction"), home: () => this.#home("user-interaction"), pick: () => this.#pickCentre(),
+      section: (axis) => this.#toggleSection(axis), edges: () => this.toggleAttribute("edges"),
     }, signal);
   }
 
-  /** As Viewing.probe. @type {Viewing["probe"]} */
-  async #probe(...places) {
-    return this.#viewing?.probe(...places) ?? null;
-  }
+  /** As Viewing.ask. @type {Viewing["ask"]} */
+  #ask = async (question, ...values) => this.#viewing?.ask(question, ...values) ?? null;
 
   /** @param {Source} source */
   async #goToFit(source) {
     const { fitted } = await import("../tracing/fitting.js");
-    const camera = await fitted(this.camera, this.pictureBox, (...places) => this.#probe(...places));
+    const camera = await fitted(this.camera, this.pictureBox, (...places) => this.#ask("probe", ...places));
     this.#motion.pivot = null;
     await this.#motion.goTo(camera, source);
   }

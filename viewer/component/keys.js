@@ -11,7 +11,7 @@ const ZOOM = 1.15;
 
 /** For screen readers. */
 export const KEYS = "Arrows: turn. Shift and arrows: pan. + and -: zoom. [ and ]: roll. F: fit. "
-  + `${VIEW_NAMES.map((name, i) => `${i + 1}: ${name}`).join(", ")}. P: perspective. Home: reset. Enter: pick the centre. Escape: leave.`;
+  + `${VIEW_NAMES.map((name, i) => `${i + 1}: ${name}`).join(", ")}. P: perspective. X, Y, Z: section. E: edges. Home: reset. Enter: pick the centre. Escape: leave.`;
 
 /** The first view, with the same field of view. @param {Camera} camera */
 export const home = ({ fov }) => ({ ...HOME, fov });
@@ -20,7 +20,8 @@ export const home = ({ fov }) => ({ ...HOME, fov });
  * @param {HTMLElement} element of the picture
  * @param {import("./motion.js").Motion} motion
  * @param {() => Camera} camera the current camera
- * @param {{fit: () => void, home: () => void, pick: () => void}} actions pick: the surface in the centre
+ * @param {{fit: () => void, home: () => void, pick: () => void, section: (axis: import("../tracing/section.js").Axis) => void, edges: () => void}} actions
+ *   pick: the surface in the centre; section: along an axis, or none; edges: drawn, or not
  * @param {AbortSignal} signal removes the handlers
  */
 export function listenToKeys(element, motion, camera, actions, signal) {
@@ -36,6 +37,7 @@ export function listenToKeys(element, motion, camera, actions, signal) {
       ArrowDown: () => motion.turnTo({ elevation: elevation - DEGREES }), ArrowUp: () => motion.turnTo({ elevation: elevation + DEGREES }),
       "[": () => motion.turnTo({ roll: roll - DEGREES }), "]": () => motion.turnTo({ roll: roll + DEGREES }),
       Home: actions.home, 0: actions.home, f: actions.fit, Enter: actions.pick, Escape: () => element.blur(),
+      x: () => actions.section(0), y: () => actions.section(1), z: () => actions.section(2), e: actions.edges,
       ...Object.fromEntries(VIEW_NAMES.map((name, i) => [i + 1, () => goTo(VIEWS[name])])),
     };
     const zoomIn = () => motion.zoom(ZOOM), zoomOut = () => motion.zoom(1 / ZOOM);

@@ -110,7 +110,7 @@ export class Spots {
     if (!probe || !this.#camera) return;
     this.#sphere = probe.sphere;
     const wasHidden = spots.map(({ isHidden }) => isHidden);
-    if (isKnown) spots.forEach((spot, i) => (spot.isHidden = probe.samples[4 * i] > places[i].depth + BEHIND));
+    if (isKnown) spots.forEach((spot, i) => (spot.isHidden = probe.depths[i] > places[i].depth + BEHIND));
     // Again, if the picture or an answer is new.
     if (!isKnown || camera !== this.#camera || spots.some(({ isHidden }, i) => isHidden !== wasHidden[i])) this.show(this.#camera);
   }

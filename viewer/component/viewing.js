@@ -65,8 +65,8 @@ export class Viewing {
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
   /** Callbacks for the answers of the completing worker. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
-  /** What to probe once tracers have the scene; without any, nothing. @type {((pool?: Pool) => void)[]} */
-  #probes = [];
+  /** What to ask once tracers have the scene; without any, nothing. @type {((pool?: Pool) => void)[]} */
+  #questions = [];
   #told;
   /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
   #first;
@@ -87,7 +87,7 @@ export class Viewing {
 
   /** Whether the workers have something to do for it. */
   get hasWork() {
-    const isDone = this.schedule.isDone && this.#probes.length === 0;
+    const isDone = this.schedule.isDone && this.#questions.length === 0;
     return this.isSeen && !this.isBroken && (this.#coming !== undefined || (this.#scene !== undefined && !isDone));
   }
 
@@ -297,7 +297,7 @@ export class Viewing {
   // ---- Pictures ------------------------------------------------------------------------------------------
 
   /**
-   * @param {Parameters<Schedule["change"]>[0]} what is new: the camera or the size
+   * @param {Parameters<Schedule["change"]>[0]} what is new: the camera, the size or the cutaway
    * @param {boolean} [isMoved] whether the user did it
    */
   change(what, isMoved = false) {
@@ -314,6 +314,20 @@ export class Viewing {
     this.schedule.isLit = isLit;
     this.schedule.relight();
     this.change({});
+  }
+
+  /**
+   * Draws lines at visible edges of resting pictures, which needs the module with all shapes.
+   *
+   * @param {number} thickness in pixels; 0 for none
+   * @returns {boolean} whether there is such a module
+   */
+  draw(thickness) {
+    if (thickness > 0 && !isThere("core.wasm")) return false;
+    if (thickness > 0) this.core = "core";
+    this.schedule.thickness = thickness;
+    this.change({});
+    return true;
   }
 
   /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
@@ -334,23 +348,25 @@ export class Viewing {
   }
 
   /**
-   * Traces places of the scene, as Scene.probe.
+   * Asks the scene: calls a method of Scene.
    *
-   * @param {ArrayLike<number>} places @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
-   * @returns {Promise<import("../tracing/scene.js").Probe | null>} null if there is no scene, or nobody sees it
+   * @template {import("../workers/tracer.js").Question} Q
+   * @param {Q} question
+   * @param {Parameters<import("../tracing/scene.js").Scene[Q]>} values
+   * @returns {Promise<ReturnType<import("../tracing/scene.js").Scene[Q]> | null>} null if there is no scene, or nobody sees it
    */
-  probe(places, size, camera) {
+  ask(question, ...values) {
     const pool = crew.poolOf(this);
-    if (pool) return pool.probe(this.id, places, size, camera);
+    if (pool) return pool.ask(this.id, question, ...values);
     return new Promise((resolve) => {
-      this.#probes.push((opened) => resolve(opened ? opened.probe(this.id, places, size, camera) : null));
+      this.#questions.push((opened) => resolve(opened ? opened.ask(this.id, question, ...values) : null));
       this.#ask();
     });
   }
 
   /** @param {Pool} [pool] with the scene */
   #answer(pool) {
-    for (const probe of this.#probes.splice(0)) probe(pool);
+    for (const ask of this.#questions.splice(0)) ask(pool);
   }
 
   /** @param {Showing} showing the way to paint pictures */

@@ -30,6 +30,15 @@ export function placedErrors(place, f) {
   }
 }
 
+/** Of a line, as bobrossnet.support.messages.one_line. */
+const MOST_LETTERS = 200;
+
+/** @param {string} text at most MOST_LETTERS are kept */
+export function oneLine(text) {
+  const letters = [...text.replace(/[\p{C}\p{Z}\s]+/gu, " ").trim()];
+  return (letters.length <= MOST_LETTERS ? letters : [...letters.slice(0, MOST_LETTERS - 3), "..."]).join("");
+}
+
 /** A short text for a value. @param {unknown} value */
 export function brief(value) {
   const text = Array.isArray(value) ? `a list of ${value.length}` : value === null ? "null"

@@ -94,7 +94,35 @@ export async function readBob(core, bytes) {
     shapes.push(shape);
   }));
   checkNames(entries, kinds.length);
-  return { shapes, instances: instances.map((item, i) => readInstance(core, `instances[${i}]`, item, shapes.length)) };
+  const { unit, pieces } = readParts(metadata.parts, instances.length);
+  return {
+    shapes, unit, instances: instances.map((item, i) => ({ ...readInstance(core, `instances[${i}]`, item, shapes.length), pieces: pieces[i] })),
+  };
+}
+
+/**
+ * The unit, and the pieces of each instance.
+ *
+ * @param {string | undefined} text
+ * @param {number} count of instances
+ * @returns {{unit: string | null, pieces: import("../tracing/scene.js").Label["pieces"][]}}
+ */
+function readParts(text, count) {
+  if (text === undefined) return { unit: null, pieces: Array.from({ length: count }, () => []) };
+  const content = checkFields("parts", JSON.parse(text), "unit", "has_front", "pieces"), pieces = checkList("parts.pieces", content.pieces);
+  if (pieces.length !== count) throw new CoreError(`parts.pieces: expected those of ${count} instances, got ${pieces.length}`);
+  if (content.unit !== null && typeof content.unit !== "string") throw new CoreError(`parts.unit: expected a string, got ${brief(content.unit)}`);
+  for (const own of pieces) checkList("parts.pieces", own).forEach(checkPiece);
+  return { unit: content.unit, pieces };
+}
+
+/** @param {any} piece */
+function checkPiece(piece) {
+  const [path, count] = checkList("parts.pieces", piece);
+  if (piece.length !== 2 || !checkList("parts.pieces", path).length || !path.every((/** @type {unknown} */ name) => typeof name === "string")) {
+    throw new CoreError("parts.pieces: expected pairs of a path and a count");
+  }
+  if (count !== null) checkInteger("parts.pieces", count, 1, 2 ** 31 - 1);
 }
 
 /** @param {Record<string, any>} tensors @param {number} count */

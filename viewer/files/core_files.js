@@ -17,7 +17,7 @@
  *   surfaces: Described[], images: {name: string, label: string}[], warnings: string[]}} Contents
  */
 
-import { CoreError } from "../core/errors.js";
+import { CoreError, oneLine } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
 import { Pictures, half } from "./surface.js";
 
@@ -25,6 +25,12 @@ const WRAPS = ["repeat", "clamp", "mirror"];
 
 /** Numbers of a part's arrays; further sets of uv follow the last. */
 const [VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV] = [0, 1, 2, 3, 4, 5];
+
+/** Of trees of parts, as bobrossnet.adapters.part.MAX_DEPTH. */
+const MAX_DEPTH = 32;
+
+/** Name of what a file does not name next to what it does. */
+const UNNAMED = "unnamed";
 
 /** Numbers of a surface. */
 const OF_SURFACE = 13;
@@ -50,12 +56,26 @@ export async function readInCore(core, format, bytes, warn, beside) {
     const numbers = copied(core, Float64Array, "reading_numbers", reading) ?? new Float64Array(0);
     contents.surfaces.forEach((surface, i) => addNumbers(surface, Array.from(numbers.subarray(OF_SURFACE * i, OF_SURFACE * (i + 1)))));
     const surfaces = await new Images(core, reading, contents, warn, beside).surfaces();
-    return contents.parts.map((part, number) => partOf(core, reading, number, part, surfaces[part.surface], contents.surfaces[part.surface]));
+    const paths = pathsOf(contents.labels);
+    return contents.parts.map((part, number) => ({
+      ...partOf(core, reading, number, part, surfaces[part.surface], contents.surfaces[part.surface]), runs: runsOf(part.runs, paths),
+    }));
   } finally {
     if (reading) core.call("free_reading", reading);
     core.release(address);
   }
 }
+
+/** The path of each label; at its end, that of no label. @param {Contents["labels"]} labels */
+function pathsOf(labels) {
+  /** @type {string[][]} */
+  const paths = [];
+  for (const { name, parent } of labels) paths.push([...(paths[parent] ?? []).slice(0, MAX_DEPTH - 1), oneLine(name) || UNNAMED]);
+  return [...paths, [UNNAMED]];
+}
+
+/** @param {number[]} runs labels and numbers of triangles @param {string[][]} paths @returns {[string[], number][]} */
+const runsOf = (runs, paths) => Array.from({ length: runs.length / 2 }, (_, i) => [/** @type {string[]} */ (paths.at(runs[2 * i])), runs[2 * i + 1]]);
 
 /** @param {Described} surface @param {number[]} numbers of it */
 function addNumbers(surface, numbers) {

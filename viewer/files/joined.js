@@ -10,8 +10,9 @@ import { Looks, PLAIN } from "./surface.js";
  * @typedef {import("./part.js").Part} Part
  * @typedef {import("./surface.js").Surface} Surface
  * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
- * @typedef {{part: Part, surfaces: Surface[], surface: Int32Array | null}} Joined
- *   surfaces: one per appearance; surface: (T,) index of each triangle's surface, null if there is one
+ * @typedef {{part: Part, surfaces: Surface[], surface: Int32Array | null, paths: string[][], path: Int32Array | null}} Joined
+ *   surfaces: one per appearance; surface: (T,) index of each triangle's surface, null if there is one; paths: in the tree of
+ *   parts; path: (T,) of each triangle, null if there is at most one
  */
 
 /** Beyond this, squares and products of coordinates leave float64. */
@@ -54,11 +55,26 @@ function sceneOfSurfaces(core, name, read) {
   surfaces.forEach((own, number) => {
     const part = triangles ? someOf(whole.part, triangles[number], places) : read.part;
     if (!part.triangles.length) return;
-    const label = surface ? own.name || name : name;
-    scene.instances.push({ shape: scene.shapes.length, transform: IDENTITY, material: own.material, name: label });
+    const label = surface ? own.name || name : name, pieces = piecesOf(read, triangles?.[number]);
+    scene.instances.push({ shape: scene.shapes.length, transform: IDENTITY, material: own.material, name: label, pieces });
     scene.shapes.push(meshOf(part, own));
   });
   return scene;
+}
+
+/** The runs of triangles with one path. @param {Joined} read @param {Int32Array} [rows] of the triangles; if omitted, all */
+function piecesOf({ paths, path }, rows) {
+  if (!path) return paths.map((one) => /** @type {[string[], null]} */ ([one, null]));
+  /** @type {[string[], number][]} */
+  const pieces = [];
+  let last = -1;
+  for (let i = 0; i < (rows ?? path).length; ++i) {
+    const number = path[rows ? rows[i] : i];
+    if (number !== last) pieces.push([paths[number], 0]);
+    ++pieces[pieces.length - 1][1];
+    last = number;
+  }
+  return pieces;
 }
 
 /** Ascending rows with each of the numbers 0 to `count` - 1. @param {Int32Array} numbers @param {number} count */
@@ -190,11 +206,32 @@ function joined(parts) {
     if (number === surfaces.length) surfaces.push(shown);
     return number;
   });
-  if (surfaces.length < 2) return { part, surfaces: surfaces.length ? surfaces : [PLAIN], surface: null };
+  const named = pathsOf(parts);
+  if (surfaces.length < 2) return { part, surfaces: surfaces.length ? surfaces : [PLAIN], surface: null, ...named };
   const surface = new Int32Array(part.triangles.length / 3);
   let triangle = 0;
   parts.forEach(({ triangles }, i) => surface.fill(numbers[i], triangle, triangle += triangles.length / 3));
-  return { part, surfaces, surface };
+  return { part, surfaces, surface, ...named };
+}
+
+/** The different paths of all parts, and that of each triangle. @param {Part[]} parts @returns {Pick<Joined, "paths" | "path">} */
+function pathsOf(parts) {
+  const shown = parts.filter(({ triangles }) => triangles.length > 0);
+  if (!shown.length || !shown.every(({ runs }) => runs?.length)) return { paths: [], path: null };
+  /** @type {Map<string, number>} */
+  const numbers = new Map();
+  /** @type {string[][]} */
+  const paths = [];
+  const runs = shown.flatMap(({ runs = [] }) => runs.map(([path, count]) => {
+    const key = JSON.stringify(path), number = numbers.get(key) ?? paths.push(path) - 1;
+    numbers.set(key, number);
+    return { number, count };
+  }));
+  if (paths.length < 2) return { paths, path: null };
+  const path = new Int32Array(runs.reduce((sum, { count }) => sum + count, 0));
+  let at = 0;
+  for (const { number, count } of runs) path.fill(number, at, at += count);
+  return { paths, path };
 }
 
 /**
@@ -258,7 +295,7 @@ function usable({ vertices, triangles }) {
  * @param {Uint8Array} which 1 for each selected triangle
  * @returns {Joined}
  */
-function chosen({ part, surfaces, surface }, which) {
+function chosen({ part, surfaces, surface, paths, path }, which) {
   const rows = new Int32Array(which.length);
   let count = 0;
   for (let i = 0; i < rows.length; ++i) rows[i] = which[i] ? count++ : -1;
@@ -280,6 +317,8 @@ function chosen({ part, surfaces, surface }, which) {
     },
     surfaces,
     surface: surface && picked(surface, rows, count, 1),
+    paths,
+    path: path && picked(path, rows, count, 1),
   };
 }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Files: a scene from what they hold, or one line that says why not. */
 
-import { CoreError } from "../core/errors.js";
+import { CoreError, oneLine } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { sceneOf, together } from "../tracing/description.js";
@@ -19,6 +19,9 @@ import { meshScene } from "./joined.js";
 
 const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
 
+/** Formats whose lengths are in metres; the other meshes' have no unit. */
+const IN_METRES = ["glb", "gltf"];
+
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
   ...Object.fromEntries(MESHES.map((ending) => [ending, inCore(ending.slice(1))])),
@@ -30,9 +33,6 @@ const READERS = {
 
 /** What files can be read. */
 export const ENDINGS = Object.keys(READERS);
-
-/** Of messages. */
-const MOST_LETTERS = 200;
 
 /** Of file names in a command: more would not leave room for it. */
 const MOST_NAMED = 40;
@@ -114,7 +114,7 @@ function inCore(format) {
     const told = [];
     const parts = await readInCore(core, format, bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
     const { warnings = [], ...scene } = meshScene(core, name, parts);
-    return { ...scene, warnings: [...told, ...warnings] };
+    return { ...scene, warnings: [...told, ...warnings], unit: IN_METRES.includes(format) ? "m" : null };
   };
 }
 
@@ -143,10 +143,4 @@ function reason(ending, error) {
     return "expected a scene that fits into memory, got a larger one";
   }
   return `expected a ${ending} file, could not read it (${error})`;
-}
-
-/** @param {string} text at most MOST_LETTERS are kept */
-function oneLine(text) {
-  const line = text.replace(/[\p{C}\s]+/gu, " ").trim();
-  return line.length <= MOST_LETTERS ? line : `${line.slice(0, MOST_LETTERS - 3)}...`;
 }

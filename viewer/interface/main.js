@@ -16,6 +16,8 @@ import { Kept } from "./kept.js";
 import { LightControl } from "./lighting.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised } from "./opening.js";
+import { PartsList } from "./parts.js";
+import { Sections } from "./sections.js";
 import { createState } from "./state.js";
 import { display } from "./statistics.js";
 
@@ -34,7 +36,7 @@ const message = element("message", HTMLElement), status = element("status", HTML
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
 const yUp = element("y-up", HTMLInputElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
-const perspective = element("perspective", HTMLInputElement);
+const perspective = element("perspective", HTMLInputElement), edges = element("edges", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
 
 const query = new URLSearchParams(location.search);
@@ -64,6 +66,9 @@ const showLens = () => (perspective.checked = picture.camera.fov > 0);
 picture.addEventListener("camera-change", showLens);
 showLens();
 perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
+
+edges.addEventListener("change", () => picture.toggleAttribute("edges", edges.checked));
+new MutationObserver(() => (edges.checked = picture.hasAttribute("edges"))).observe(picture, { attributeFilter: ["edges"] }); // a key changes it, too
 
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
 const look = (camera) => (picture.camera = camera);
@@ -106,6 +111,12 @@ budget.addEventListener("input", () => {
 
 refines.addEventListener("change", () => viewing.refine(refines.checked));
 
+const sections = new Sections(picture, element("axes", HTMLElement), element("open-shape", HTMLElement));
+const parts = new PartsList(picture, {
+  details: element("parts", HTMLDetailsElement), list: element("tree", HTMLElement), all: element("show-all", HTMLButtonElement),
+  picked: element("picked", HTMLElement), status,
+});
+
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 const opening = new Opening(state, viewing, {
@@ -113,12 +124,17 @@ const opening = new Opening(state, viewing, {
   opened: () => {
     const { title, script = "", edited } = state.scene;
     picture.begun();
+    sections.opened();
+    parts.opened();
     picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
     kept.display(edited ?? null);
     if (state.edits.newest === null && editor.script !== script) editor.script = script;
   },
-  chosen: choose,
+  chosen: () => {
+    choose();
+    sections.changed();
+  },
   message: (text) => (message.textContent = text),
   wrong: (text) => {
     editor.wrong(text);

@@ -61,12 +61,6 @@ export function projection({ azimuth, elevation, roll, zoom, panX, panY, fov }, 
       const far = nearest + (1 - depth) * (distance + 1 - nearest), eye = toEye(px, py);
       return inScene([panX - far * eye[0], panY - far * eye[1], orbit - far * eye[2]]);
     },
-    /** A unit normal in screen space. @param {number} nx @param {number} ny @param {number} px @param {number} py place @returns {Vector} */
-    normal(nx, ny, px, py) {
-      const nz = Math.sqrt(Math.max(0, 1 - nx * nx - ny * ny)), [ex, ey, ez] = toEye(px, py), along = ez * nz - ex * nx - ey * ny;
-      const k = (nz + along) / (1 + ez);
-      return inScene([nx + k * ex, ny + k * ey, along]);
-    },
     /** The translation that shows a point at a place. @param {ArrayLike<number>} point @param {number} px @param {number} py */
     panTo(point, px, py) {
       const [cx, cy, cz] = inCamera(point), unit = side(cz);

@@ -46,7 +46,7 @@ export async function inCanonicalOrder(core, scene) {
   const order = core.filled(new Int32Array(count), (address) => {
     core.made("canonical_order", Uint8Array.from(digest), Float64Array.from(transform), Float64Array.from(material), count, address);
   });
-  return { ...scene, instances: Array.from(order, (i) => instances[i]) };
+  return { ...scene, instances: Array.from(order, (i) => ({ number: i, ...instances[i] })) };
 }
 
 /**

@@ -6,12 +6,12 @@
  * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number,
  *   metallic?: number | null, roughness?: number | null, emissive?: ArrayLike<number>}} Material
  *   color, emissive: linear RGB; Blinn-Phong if roughness is omitted
- * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}}
- *   InstanceDescription
+ * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null, number?: number,
+ *   pieces?: import("./scene.js").Label["pieces"]}} InstanceDescription
  *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
- *   default
- * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[]}} SceneDescription
- *   warnings: parts of a file left out or shown differently, a line each
+ *   default; number: in the order of the file, by default that of the array
+ * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[], unit?: string | null}} SceneDescription
+ *   warnings: parts of a file left out or shown differently, a line each; unit: of lengths, such as "mm"
  */
 
 import { CoreError } from "../core/errors.js";
@@ -49,11 +49,13 @@ export function sceneOf(shape, name = null) {
  */
 export function together(scenes) {
   if (scenes.length === 1) return scenes[0];
+  const [{ unit = null }] = scenes, isOneUnit = scenes.every((scene) => (scene.unit ?? null) === unit);
   /** @type {Required<SceneDescription>} */
-  const all = { shapes: [], instances: [], warnings: [] };
+  const all = { shapes: [], instances: [], warnings: [], unit: isOneUnit ? unit : null };
   for (const { shapes, instances, warnings = [] } of scenes) {
-    const before = all.shapes.length;
-    all.instances = all.instances.concat(instances.map((instance) => ({ ...instance, shape: before + instance.shape })));
+    const before = all.shapes.length, first = all.instances.length;
+    all.instances = all.instances.concat(instances.map((instance, i) => (
+      { ...instance, shape: before + instance.shape, number: first + (instance.number ?? i) })));
     all.shapes = all.shapes.concat(shapes);
     all.warnings = all.warnings.concat(warnings);
   }

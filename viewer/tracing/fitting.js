@@ -22,9 +22,9 @@ export async function fitted(camera, { height, width }, probe) {
   const points = [];
   let found = { ...camera, zoom: 1, panX: 0, panY: 0 };
   for (let look = 0; look < LOOKS; ++look) {
-    const { point } = projection(found, size), depths = (await probe(places, size, found))?.samples ?? [];
-    for (let i = 0; i < depths.length / 4; ++i) {
-      if (depths[4 * i] >= 0) points.push(point(places[2 * i], places[2 * i + 1], depths[4 * i]));
+    const { point } = projection(found, size), depths = (await probe(places, size, found))?.depths ?? [];
+    for (let i = 0; i < depths.length; ++i) {
+      if (depths[i] >= 0) points.push(point(places[2 * i], places[2 * i + 1], depths[i]));
     }
     if (points.length > 0) found = around(points, found, size);
   }

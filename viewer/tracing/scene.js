@@ -9,6 +9,7 @@ import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js"
 import { meshShape } from "../shapes/mesh.js";
 import { OfPictures, pictureOf } from "../shapes/picture.js";
 import { brepShape, tubeShape } from "../shapes/splines.js";
+import { WHOLE } from "./cutaway.js";
 import { WHITE, checkCount, materialValues } from "./description.js";
 
 /**
@@ -20,36 +21,90 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   transform (4, 4): from the shape's units to the scene's; material (12): as materialValues
  * @typedef {{center: [number, number, number], radius: number}} Sphere
- * @typedef {{samples: Float32Array, names: Map<number, string | null>, sphere: Sphere}} Probe
- *   samples (n, 4): depth, NaN for a miss, normal x and y, instance; names: of the instances that were hit
+ * @typedef {{depths: Float32Array, sphere: Sphere}} Probe depths (n,): NaN for a miss
+ * @typedef {import("./cutaway.js").Cutaway} Cutaway
+ * @typedef {{number: number, name: string | null, kind: string, count: number, pieces: [string[], number | null][]}} Label
+ *   of an instance; number: in the order of the file; kind: as in Python; count: of its primitives; pieces: paths in the tree of parts, and numbers of
+ *   consecutive primitives, null for all
+ * @typedef {{sphere: Sphere, box: Float32Array, unit: string | null, labels: Label[], open: number}} About
+ *   box (6,): lowest, then highest coordinates, in the scene's units; open: the first instance that a section shows without
+ *   caps, or -1
+ * @typedef {{instance: number, primitive: number, section: number | null, point: number[], normal: number[], sphere: Sphere}} Hit
+ *   section: of whose cap the point is; point: in radii from the centre
+ * @typedef {{low: number[], high: number[], area: number | null, volume: number | null}} Measures
+ *   in the scene's units; area: null unless all are triangles; volume: null unless they are closed
  */
 
-/** Numbers of a probe's sample. */
-const PROBED = 4;
 const FINE = 64; // parts of a pixel that `probe` distinguishes
+const PICKED = 9; // numbers of a pick
+const MEASURED = 8; // numbers of a measure
+const HIGHLIGHT = [1, 0.2622507, 0.0103298]; // bobrossnet.tracing.parts.HIGHLIGHT, in linear RGB
 
 export class Scene {
   /**
    * @param {Core} core
    * @param {Instance[]} instances of coinciding surfaces, the first is visible
    * @param {string[]} [warnings] about the shapes
-   * @param {(string | null)[]} [names] of the instances
+   * @param {Label[]} [labels] of the instances
+   * @param {string | null} [unit]
    */
-  constructor(core, instances, warnings = [], names = []) {
+  constructor(core, instances, warnings = [], labels = [], unit = null) {
     const joined = (/** @type {"transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
     this.core = core;
     this.warnings = warnings;
-    this.names = names;
-    this.handle = 0;
+    this.labels = labels;
+    this.unit = unit;
+    let whole = 0;
     const [x, y, z, radius] = core.filled(new Float64Array(4), (sphere) => {
-      this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
-                              Float64Array.from(joined("material")), sphere);
+      whole = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
+                        Float64Array.from(joined("material")), sphere);
     });
+    /** Scenes in the core, each made of the one before: the whole, the selected parts, and these with sections. */
+    this.handles = [whole, whole, whole];
     /** The bounding sphere, in the scene's units. @type {Sphere} */
     this.sphere = { center: [x, y, z], radius };
-    /** The displayed channels. @type {import("../picture/channels.js").Layout} */
-    this.layout = core.call("scene_is_colored", this.handle) ? COLORED : GBUFFER;
+  }
+
+  /** The scene that is displayed. */
+  get handle() {
+    return this.handles[2];
+  }
+
+  /** The displayed channels. @returns {import("../picture/channels.js").Layout} */
+  get layout() {
+    this.#layout ??= this.core.call("scene_is_colored", this.handle) ? COLORED : GBUFFER;
+    return this.#layout;
+  }
+
+  /** @type {import("../picture/channels.js").Layout | undefined} */
+  #layout;
+  #cutaway = WHOLE;
+
+  /** Displays a cutaway from now on. @param {Cutaway} cutaway @returns {boolean} whether it is another one */
+  cut(cutaway) {
+    const { id, planes, hidden, highlighted } = cutaway, before = this.#cutaway, { core, handles } = this;
+    if (id === before.id) return false;
+    const areSame = String(hidden) === String(before.hidden) && String(highlighted) === String(before.highlighted);
+    if (!areSame) {
+      const parts = (/** @type {number[]} */ of) => [Uint32Array.from(of), of.length / 3];
+      const isWhole = hidden.length + highlighted.length === 0;
+      const selected = isWhole ? handles[0] : core.made("select_scene", handles[0], .../** @type {any} */ ([...parts(hidden), ...parts(highlighted)]), Float32Array.from(HIGHLIGHT));
+      this.#replace(1, selected);
+    }
+    const { center, radius } = this.sphere, unit = Float64Array.from(planes, (value, i) =>
+      (i % 4 < 3 ? value : (value - center.reduce((sum, of, axis) => sum + of * planes[i - 3 + axis], 0)) / radius));
+    this.#replace(2, planes.length ? core.made("section_scene", handles[1], unit, planes.length / 4) : handles[1]);
+    this.#layout = undefined;
+    this.#cutaway = cutaway;
+    return true;
+  }
+
+  /** Frees the scenes from a stage on, which are then this one. @param {number} stage @param {number} handle */
+  #replace(stage, handle) {
+    const { handles } = this, kept = handles.slice(0, stage);
+    for (const old of new Set(handles.slice(stage))) if (!kept.includes(old)) this.core.call("free_scene", old);
+    handles.fill(handle, stage);
   }
 
   /**
@@ -81,14 +136,44 @@ export class Scene {
     const at = (/** @type {number} */ place, /** @type {number} */ most) => Math.max(0, Math.min(most - 1, Math.floor(place * fine)));
     const size = { height: Math.ceil(height * fine), width: Math.ceil(width * fine) };
     const pixels = Int32Array.from({ length: places.length }, (_, i) => i % 2 ? at(places[i - 1], size.width) : at(places[i + 1], size.height));
-    const traced = this.trace(pixels, size, camera), wide = this.sampleWidth, samples = new Float32Array(places.length / 2 * PROBED);
-    const names = new Map();
-    for (let i = 0; i < places.length / 2; ++i) {
-      const [hit, , depth, x, y] = traced.subarray(i * wide), instance = traced[(i + 1) * wide - 1];
-      samples.set(hit ? [depth, x, y, instance] : [NaN, 0, 0, -1], i * PROBED);
-      if (hit) names.set(instance, this.names[instance] ?? null);
-    }
-    return { samples, names, sphere: this.sphere };
+    const traced = this.trace(pixels, size, camera), wide = this.sampleWidth;
+    const depths = Float32Array.from({ length: places.length / 2 }, (_, i) => (traced[i * wide] ? traced[i * wide + 2] : NaN));
+    return { depths, sphere: this.sphere };
+  }
+
+  /**
+   * The first surface at a place of an image.
+   *
+   * @param {{x: number, y: number}} place in pixels from the upper left corner
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @returns {Hit | null} null if there is none
+   */
+  pick({ x, y }, { height, width }, camera) {
+    const [instance, primitive, section, ...vectors] = this.core.filled(new Float64Array(PICKED), (found) => {
+      this.core.call("pick", this.handle, cameraValues(camera), height, width, y - 0.5, x - 0.5, found);
+    });
+    if (instance < 0) return null;
+    return { instance, primitive, section: section < 0 ? null : section, point: vectors.slice(0, 3), normal: vectors.slice(3), sphere: this.sphere };
+  }
+
+  /** What pages show besides pictures. @returns {About} */
+  about() {
+    const { core, sphere, unit, labels } = this, { center, radius } = sphere;
+    const box = core.filled(new Float32Array(6), (address) => void core.call("scene_box", this.handles[0], address));
+    return {
+      sphere, box: box.map((value, i) => center[i % 3] + radius * value), unit, labels,
+      open: core.call("first_open_instance", this.handle),
+    };
+  }
+
+  /** @param {number[]} primitives (n, 3), as of a cutaway @returns {Measures} */
+  measure(primitives) {
+    const { core, sphere: { center, radius } } = this, known = (/** @type {number} */ value) => (Number.isNaN(value) ? null : value);
+    const [x, y, z, u, v, w, area, volume] = core.filled(new Float64Array(MEASURED), (address) => {
+      core.made("measure", this.handles[0], Uint32Array.from(primitives), primitives.length / 3, Float64Array.of(...center, radius), address);
+    });
+    return { low: [x, y, z], high: [u, v, w], area: known(area), volume: known(volume) };
   }
 
   /**
@@ -149,6 +234,21 @@ export class Scene {
     });
   }
 
+  /**
+   * The share of each pixel that visible edges cover, in the rows from `begin` to `end` of an image. Only for modules with all shapes.
+   *
+   * @param {number} begin @param {number} end
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {number} thickness of lines, in pixels
+   * @returns {Uint8Array} (end - begin, width), 0..255
+   */
+  lines(begin, end, { height, width }, camera, thickness) {
+    return this.core.filled(new Uint8Array((end - begin) * width), (address) => {
+      this.core.made("draw_edges", this.handle, cameraValues(camera), height, width, begin, end, thickness, address);
+    });
+  }
+
   get #isColored() {
     return Number(this.layout === COLORED);
   }
@@ -159,7 +259,7 @@ export class Scene {
   }
 
   free() {
-    this.core.call("free_scene", this.handle);
+    this.#replace(0, 0);
   }
 }
 
@@ -171,7 +271,7 @@ export class Scene {
  * @returns {Scene} the caller frees it
  * @throws {CoreError} of one line, if a shape has no surface, is unbounded, or is invalid
  */
-export function buildScene(core, { shapes: descriptions, instances }) {
+export function buildScene(core, { shapes: descriptions, instances, unit }) {
   if (!instances.length) throw new CoreError("shapes: expected at least one shape, got none");
   checkCount("shapes", instances.length);
   /** @type {Shape[]} */
@@ -189,11 +289,18 @@ export function buildScene(core, { shapes: descriptions, instances }) {
     });
     return new Scene(core, instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
       return { shape: shapes[shape], transform, material: materialValues(material) };
-    }), [...warnings], instances.map(({ name }) => name ?? null));
+    }), [...warnings], instances.map(({ number, name = null, pieces = [], shape }, i) => ({ number: number ?? i, name, pieces, ...kindOf(descriptions[shape]) })), unit);
   } finally {
     for (const shape of shapes) shape.free();
     for (const picture of pictures.all) core.call("free_picture", picture);
   }
+}
+
+/** A shape's kind in Python, and the number of its primitives. @param {ShapeDescription} shape */
+function kindOf(shape) {
+  if (shape.kind === "mesh") return { kind: "mesh", count: shape.triangles.length / 3 };
+  if (shape.kind === "brep") return { kind: "brep", count: shape.faces.length / 5 };
+  return { kind: shape.kind === "tube" ? "tube" : "implicit", count: 1 };
 }
 
 /** As bobrossnet.support.errors.warn_coarse. @param {string} what */

@@ -17,6 +17,7 @@
  * @typedef {import("./tracer.js").Strips} Strips
  * @typedef {import("./tracer.js").Means} Means
  * @typedef {import("./lit.js").Lit} Lit
+ * @typedef {import("./tracer.js").Lines} Lines
  * @typedef {import("./bands.js").Help} Help
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean, exposure?: number}} Showing
@@ -27,11 +28,11 @@
  * @typedef {import("../picture/planner.js").Model} Model the name of a network
  *
  * @typedef {{
- *   batch: Batch, bitmap: ImageBitmap, traced: number, isSmoothed: boolean, completing: number, total: number,
+ *   batch: Batch, bitmap: ImageBitmap, traced: number, isSmoothed: boolean, isLined: boolean, completing: number, total: number,
  *   backend: "wasm" | "gpu", model: Model, wanted: Model, error: number, expected: number
  * }} Picture
  *   batch: its newest batch; model: the network that completed it; wanted: the network requested; traced: number of
- *   pixels; isSmoothed: whether all edges are smoothed; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
+ *   pixels; isSmoothed: whether all edges are smoothed; isLined: whether it has all lines; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
  *   |first - image| of an exact picture, else NaN; expected: predicted mean error of the image if displayed, else NaN
  * @typedef {{
  *   height: number, width: number, planes: Float32Array, known: Float32Array, image: Float32Array, first: Float32Array
@@ -47,6 +48,7 @@ import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
 import { COLORED, GBUFFER } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
+import { paintLines } from "../picture/lines.js";
 import { enlarged, enlargedGray, paint, paintMeans, paintRest, paintStrip } from "../picture/paint.js";
 import { paintLight } from "../picture/paint_light.js";
 import { Helpers } from "./bands.js";
@@ -76,7 +78,7 @@ let view;
  * The picture at rest, if it is shown: a view whose rows are all traced, one after the other.
  *
  * @typedef {{
- *   batch: Batch, isColored: boolean, look: Showing, image: ImageData, rows: number, isSmoothed: boolean, gbuffer: GBuffer | null,
+ *   batch: Batch, isColored: boolean, look: Showing, image: ImageData, rows: number, isSmoothed: boolean, isLined: boolean, gbuffer: GBuffer | null,
  *   first: Float32Array | null, error: number, before: {height: number, width: number, image: Float32Array} | null
  * }} Rest
  *   look: at its beginning; image: the displayed pixels, of an enlarged or completed picture below the traced rows; gbuffer, first: of pictures
@@ -189,7 +191,7 @@ async function gather(part, tracer) {
   current.completed = true;
   const error = traced === height * width ? meanDifference(current.first, image) : NaN;
   picture = {
-    batch, ...await painted(current), traced, isSmoothed: false, completing: completed - completing, total: performance.now() - begun,
+    batch, ...await painted(current), traced, isSmoothed: false, isLined: false, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, model: current.model, wanted, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
@@ -214,8 +216,8 @@ async function beginRest({ core }, batch, isColored) {
   const gbuffer = height * width <= MOST_WHOLE ? new GBuffer(core, height, width, layout) : null;
   const before = gbuffer && view?.completed ? { height: view.gbuffer.height, width: view.gbuffer.width, image: view.first } : null;
   /** @type {Rest} */
-  const begun = { batch, isColored, look: showing, image, rows: 0, isSmoothed: false, gbuffer, first: null, error: NaN, before };
-  if (batch.phase === "edges" && gbuffer && view) { // all was traced in motion
+  const begun = { batch, isColored, look: showing, image, rows: 0, isSmoothed: false, isLined: false, gbuffer, first: null, error: NaN, before };
+  if (batch.phase !== "rows" && gbuffer && view) { // all was traced in motion
     gbuffer.copy(view.gbuffer);
     finishRest(begun, gbuffer);
   }
@@ -231,7 +233,7 @@ function finishRest(rest, gbuffer) {
   rest.error = rest.first ? meanDifference(rest.first, gbuffer.image) : NaN;
 }
 
-/** @param {Strips | Means} part */
+/** @param {Strips | Means | Lines} part */
 async function gatherRest(part) {
   const { batch, isColored } = part, { height, width } = batch;
   if (isOld(batch)) return;
@@ -247,14 +249,18 @@ async function gatherRest(part) {
       current.rows = strip.end;
     }
     if (gbuffer && current.rows === height) finishRest(current, gbuffer);
-  } else {
+  } else if (part.kind === "means") {
     paintMeans(part, current.look, image);
     current.rows = height;
     current.isSmoothed = part.isLast;
+  } else {
+    for (const band of part.bands) paintLines(band, image);
+    current.rows = height;
+    current.isLined = part.isLast;
   }
   const { model } = view ?? { model: parts.standIn };
   picture = {
-    batch, bitmap: await restPainted(current), expected: NaN, traced: current.rows * width, isSmoothed: current.isSmoothed, completing: 0,
+    batch, bitmap: await restPainted(current), expected: NaN, traced: current.rows * width, isSmoothed: current.isSmoothed, isLined: current.isLined, completing: 0,
     total: performance.now() - begun, backend: "wasm", model, wanted: model, error: current.error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
@@ -323,7 +329,7 @@ function meanDifference(a, b) {
 async function answer(request) {
   if (request.kind === "connect") {
     const { tracer } = request;
-    /** @param {MessageEvent<Samples | Strips | Means | Lit>} event */
+    /** @param {MessageEvent<Samples | Strips | Means | Lines | Lit>} event */
     tracer.onmessage = ({ data }) => inTurn(() => (
       data.kind === "samples" ? gather(data, tracer) : data.kind === "lit" ? gatherLight(data, tracer) : gatherRest(data)));
   } else if (request.kind === "help") {

@@ -5,6 +5,7 @@
  * tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
+ * @typedef {import("../tracing/scene.js").Scene} Scene
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
  * @typedef {{worker: Worker, pending: Set<number>, editions: Map<number, number>, memory: number}} Tracer
  *   pending: editions sent by the page and not answered yet; editions: of its scenes, by element; memory: bytes of its core
@@ -35,9 +36,9 @@ export class Pool {
   /** Workers that lend the tracer their threads. @type {Worker[]} */
   #lenders = [];
   #lendable; // maximum number of further lenders
-  #probe = 0;
-  /** Callbacks for the answers of tracers. @type {Map<number, (probe: import("../tracing/scene.js").Probe | null) => void>} */
-  #probes = new Map();
+  #question = 0;
+  /** Callbacks for the answers of tracers. @type {Map<number, (answer: any) => void>} */
+  #questions = new Map();
   #element = 0; // at work
   /** By element. @type {Map<number, Kept>} */
   #scenes = new Map();
@@ -245,26 +246,29 @@ export class Pool {
     this.#others = ready.filter((tracer) => tracer !== leader).slice(0, batch.parts - 1);
     const ports = this.#others.map(({ worker }) => {
       const { port1, port2 } = new MessageChannel();
-      worker.postMessage({ kind: "help", element: this.#element, leader: port1 }, [port1]);
+      worker.postMessage({ kind: "help", element: this.#element, leader: port1, cutaway: batch.cutaway }, [port1]);
       return port2;
     });
     leader.worker.postMessage({ kind: "lead", element: this.#element, batch, others: ports }, ports);
   }
 
   /**
-   * Traces places of an element's scene, as Scene.probe.
+   * Asks an element's scene: calls a method of Scene in a tracer that displays it.
    *
+   * @template {import("./tracer.js").Question} Q
    * @param {number} element
-   * @param {ArrayLike<number>} places @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
-   * @returns {Promise<import("../tracing/scene.js").Probe | null>} null if there is no scene, or no longer
+   * @param {Q} question
+   * @param {Parameters<Scene[Q]>} values
+   * @returns {Promise<ReturnType<Scene[Q]> | null>} null if there is no scene, or no longer
    */
-  probe(element, places, size, camera) {
-    const edition = this.#scenes.get(element)?.edition ?? NONE, id = ++this.#probe;
-    const tracer = this.#tracers.find(({ editions }) => editions.get(element) === edition);
+  ask(element, question, ...values) {
+    const edition = this.#scenes.get(element)?.edition ?? NONE, id = ++this.#question, leader = this.#leader;
+    const known = this.#tracers.filter(({ editions }) => editions.get(element) === edition);
+    const tracer = leader && known.includes(leader) ? leader : known[0];
     if (!tracer) return Promise.resolve(null);
     return new Promise((resolve) => {
-      this.#probes.set(id, resolve);
-      tracer.worker.postMessage({ kind: "probe", element, id, places, size, camera });
+      this.#questions.set(id, resolve);
+      tracer.worker.postMessage({ kind: "ask", element, id, question, values });
     });
   }
 
@@ -279,7 +283,7 @@ export class Pool {
     this.#scenes.clear();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     for (const lender of this.#lenders.splice(0)) lender.terminate();
-    this.#endProbes();
+    this.#endQuestions();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
   }
 
@@ -287,9 +291,9 @@ export class Pool {
   #receive(tracer, reply) {
     if (reply.kind === "traced") {
       this.#finish(reply);
-    } else if (reply.kind === "probed") {
-      this.#probes.get(reply.id)?.(reply.probe);
-      this.#probes.delete(reply.id);
+    } else if (reply.kind === "answered") {
+      this.#questions.get(reply.id)?.(reply.answer);
+      this.#questions.delete(reply.id);
     } else if (reply.kind === "opened") {
       tracer.pending.delete(reply.edition);
       tracer.memory = reply.memory;
@@ -305,9 +309,9 @@ export class Pool {
     }
   }
 
-  #endProbes() {
-    for (const resolve of this.#probes.values()) resolve(null);
-    this.#probes.clear();
+  #endQuestions() {
+    for (const resolve of this.#questions.values()) resolve(null);
+    this.#questions.clear();
   }
 
   /** @param {Traced} traced */
@@ -325,7 +329,7 @@ export class Pool {
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
       for (const lender of this.#lenders.splice(0)) lender.terminate();
       if (this.ended) this.#lost(message);
-      this.#endProbes();
+      this.#endQuestions();
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {

@@ -14,6 +14,7 @@
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("./tracer.js").Phase} Phase
  */
+import { WHOLE } from "../tracing/cutaway.js";
 
 const REST_MS = 40; // without a change, before a view is refined: sooner, further movement would often have to cancel it
 const STEPS_MS = [250, 1000]; // tracing between two pictures at rest: the first, and the longest
@@ -44,6 +45,8 @@ export class Schedule {
   side = 2;
   /** Whether lights replace the headlight. */
   isLit = false;
+  /** Thickness of lines at visible edges of a resting view, in pixels; 0 for none. */
+  thickness = 0;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
 
@@ -57,6 +60,7 @@ export class Schedule {
   #completed = [];
   /** @type {Camera} */
   #camera;
+  #cutaway = WHOLE;
   /** @type {Size} at rest */
   #size = { height: 480, width: 640 };
   #scales;
@@ -138,8 +142,9 @@ export class Schedule {
     return batch.view > this.#before;
   }
 
-  /** @param {{camera?: Partial<Camera>, size?: Size}} what */
-  change({ camera, size = this.#size }) {
+  /** @param {{camera?: Partial<Camera>, size?: Size, cutaway?: import("../tracing/cutaway.js").Cutaway}} what */
+  change({ camera, size = this.#size, cutaway = this.#cutaway }) {
+    this.#cutaway = cutaway;
     this.#camera = { ...this.#camera, ...camera };
     this.#size = size;
     this.#stale = true;
@@ -168,7 +173,7 @@ export class Schedule {
    * @param {import("./completing.js").Picture} picture
    * @returns {{exact: boolean, final: boolean}} whether it is the exact picture requested, and whether no other follows
    */
-  completed({ batch, traced, total, model, isSmoothed }) {
+  completed({ batch, traced, total, model, isSmoothed, isLined }) {
     const pixels = batch.height * batch.width;
     this.#completing = total;
     if (batch.phase === "some" && traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
@@ -180,7 +185,8 @@ export class Schedule {
     if (!this.isShared) this.next();
     const isWhole = batch.phase === "light" ? isSmoothed : traced === this.#size.height * this.#size.width;
     const exact = !this.#stale && batch.view === this.#view && isWhole;
-    return { exact, final: exact && (isSmoothed || this.side === 1) };
+    const isDrawn = this.thickness > 0 && batch.phase !== "light" ? isLined : isSmoothed || this.side === 1;
+    return { exact, final: exact && isDrawn };
   }
 
   /** Sets the lights up for the current camera: the scene or they are new. */
@@ -219,7 +225,8 @@ export class Schedule {
   /** Whether nothing is left to trace of a view. */
   get #isFinal() {
     if (this.isLit) return this.#left === 0 && this.#step > 0;
-    return this.#left === 0 && this.#scale === 1 && (this.#phase === "edges" || this.side === 1);
+    if (this.#left > 0 || this.#scale !== 1) return false;
+    return this.thickness > 0 ? this.#phase === "lines" : this.#phase === "edges" || this.side === 1;
   }
 
   /** Begins the next step at rest. @returns {number} milliseconds */
@@ -238,7 +245,7 @@ export class Schedule {
       return this.#step;
     }
     if (this.#left === 0 && this.#scale === 1) {
-      this.#phase = "edges";
+      this.#phase = this.thickness > 0 && (this.#phase === "edges" || this.side === 1) ? "lines" : "edges";
     } else if (this.#phase === "some") {
       if (this.#scale !== 1) this.#begin(1, "rows");
       this.#phase = "rows";
@@ -285,6 +292,7 @@ export class Schedule {
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
       studio, rests: this.#step > 0,
+      cutaway: this.#cutaway, thickness: this.thickness,
     });
   }
 }

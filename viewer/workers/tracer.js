@@ -12,16 +12,18 @@
  * @typedef {import("../picture/planner.js").Mode} Mode
  * @typedef {import("../picture/planner.js").Model} Model
  *
- * @typedef {"some" | "rows" | "edges" | "light"} Phase some: pixels in an order, which a network completes; rows: all pixels,
- *   row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
+ * @typedef {"some" | "rows" | "edges" | "lines" | "light"} Phase some: pixels in an order, which a network completes; rows: all
+ *   pixels, row by row; edges: several rays in each pixel at edges; lines: visible edges as lines; light: pictures with lights (lit.js)
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[], studio: import("../tracing/light.js").Studio | null, rests: boolean
+ *   milliseconds: number, completed: Completed[], studio: import("../tracing/light.js").Studio | null, rests: boolean,
+ *   cutaway: import("../tracing/cutaway.js").Cutaway, thickness: number
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
  *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
- *   `studio`: in the phase "light"; `rests`: whether the camera does
+ *   `studio`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
+ * @typedef {"probe" | "pick" | "about" | "measure"} Question a method of Scene, with its values
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
  *   expected: Float32Array | null}} Samples
@@ -34,11 +36,15 @@
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
  *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
  *
- * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number]})
+ * @typedef {{begin: number, end: number, covered: Uint8Array}} Band of rows: the share of pixels that lines cover, 0..255
+ * @typedef {{kind: "lines", batch: Batch, isColored: boolean, bands: Band[], isLast: boolean}} Lines the same in the phase "lines"
+ *
+ * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number], thickness?: number})
  *   | import("./lit.js").Paths} Slice
- *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end; or light paths
- * @typedef {{slice: Slice, values: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
- *   (n, 5), planes (C, rows, width) of the traced layout, or light (n, 7)
+ *   from the leader to another tracer: pixels (n, 2), to be traced once, or side x side times; or rows, begin and end,
+ *   of lines if they have a thickness; or light paths
+ * @typedef {{slice: Slice, values: Float32Array | Uint8Array, milliseconds: number}} TracedSlice its answer: samples (n, C), means
+ *   (n, 5), planes (C, rows, width) of the traced layout, bytes (rows, width), or light (n, 7)
  *
  * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to workers that lend their threads
  *
@@ -49,19 +55,19 @@
  *   | {kind: "open", element: number, edition: number, scene: import("../tracing/description.js").SceneDescription}
  *   | {kind: "forget", element: number}
  *   | {kind: "lead", element: number, batch: Batch, others: MessagePort[]}
- *   | {kind: "help", element: number, leader: MessagePort}
- *   | {kind: "probe", element: number, id: number, places: ArrayLike<number>, size: Size, camera: Camera}
+ *   | {kind: "help", element: number, leader: MessagePort, cutaway: import("../tracing/cutaway.js").Cutaway}
+ *   | {kind: "ask", element: number, id: number, question: Question, values: any[]}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" at most once, with a port to each worker that lends its thread.
  *   A tracer keeps a scene for each element until "forget". "open" is answered by "opened" or "failed", and then the
  *   element's previous scene stays. So is "read", whose scene comes through the port `reading`. There is no answer if
  *   the element has a scene of a later edition. "lead", with a port to each other tracer of the batch, is answered by
- *   "traced", after "cancel" at once; "help" is only answered by "failed"; "probe", at any time, is answered by
- *   "probed", with null if the element has no scene
+ *   "traced", after "cancel" at once; "help" is only answered by "failed"; "ask", at any time, is answered by
+ *   "answered", with null if the element has no scene
  *
  * @typedef {{kind: "opened", element: number, edition: number, warnings: string[], memory: number}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
- *   | {kind: "probed", id: number, probe: import("../tracing/scene.js").Probe | null}
+ *   | {kind: "answered", id: number, answer: any}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, left: number, rays: number, milliseconds: number}} Reply
  *   edition: of the requested scene; warnings: a line each; memory: bytes of the core; broken: the core is unusable; cancelled: no samples
  *   were sent, and the view has to begin again; left: pixels left in the batch's phase; rays: by all tracers of the batch
@@ -79,6 +85,7 @@ import { SceneLight, areLightPaths } from "./lit.js";
 const SLICE_MS = 5;
 const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
 const LARGEST_SLICE = 2 ** 18; // pixels, at rest
+const BAND = 64; // rows of lines: each band looks at a few rows more, and movement waits for the one under way
 const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
@@ -106,9 +113,9 @@ let edition = -1; // of the scene
 let view;
 /**
  * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of those that were smoothed, and
- * milliseconds for one.
+ * milliseconds for one; the number of rows with lines.
  *
- * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number} | undefined}
+ * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number, lined: number} | undefined}
  */
 let resting;
 /** Milliseconds that a thread takes for a pixel at rest; 0 before the first one. Moving pictures take longer for one. */
@@ -189,12 +196,11 @@ async function open(request) {
   try {
     useThreads(core, threads);
     const built = buildScene(core, request.scene);
-    light?.free();
+    forgetViews();
     light = undefined;
     scene?.free();
     scene = built;
     edition = request.edition;
-    forgetViews();
     restingMs = 0;
     planner?.free();
     planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
@@ -224,6 +230,7 @@ function cancel() {
 function forgetViews() {
   view?.sequence.free();
   history?.free();
+  light?.free();
   view = history = resting = undefined;
 }
 
@@ -256,7 +263,8 @@ function beginView(scene, planner, { view: id, camera, height, width, millisecon
 function traceSlice(slice) {
   if (!scene) throw new Error("trace: expected an open scene");
   const begin = performance.now(), { camera, size } = slice;
-  const values = areLightPaths(slice) ? lightOf(scene).trace(slice) : "rows" in slice ? scene.rows(...slice.rows, size, camera)
+  const values = areLightPaths(slice) ? lightOf(scene).trace(slice) : "rows" in slice
+    ? slice.thickness ? scene.lines(...slice.rows, size, camera, slice.thickness) : scene.rows(...slice.rows, size, camera)
     : slice.side === undefined ? scene.trace(slice.pixels, size, camera) : scene.means(slice.pixels, size, camera, slice.side);
   return { slice, values, milliseconds: performance.now() - begin };
 }
@@ -272,7 +280,7 @@ const lightOf = (scene) => (light ??= new SceneLight(scene));
  * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
  * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
  * @property {() => number} left number of pixels
- * @property {() => {message: Samples | Strips | Means | import("./lit.js").Lit, transfer: Transferable[]}} result
+ * @property {() => {message: Samples | Strips | Means | Lines | import("./lit.js").Lit, transfer: Transferable[]}} result
  *
  * @typedef {object} Circumstances of a batch
  * @property {import("../tracing/scene.js").Scene} scene
@@ -305,8 +313,9 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
     },
     keep({ slice, values, milliseconds }, began) {
       const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
-      sequence.add(pixels, values);
-      slices.push({ pixels, samples: values });
+      const samples = /** @type {Float32Array} */ (values);
+      sequence.add(pixels, samples);
+      slices.push({ pixels, samples });
       const spent = began === undefined ? milliseconds : performance.now() - began;
       planning.traced(mode, pixels.length / 2, lent * spent, mode !== "reproject" && sequence.rounds === 1);
     },
@@ -325,7 +334,7 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
 
 /** The picture at rest of a batch. @param {Circumstances} circumstances */
 function restOf({ scene, batch }) {
-  if (resting?.id !== batch.view) resting = { id: batch.view, rows: new Rows(scene, batch), smoothed: 0, pixelMs: 0 };
+  if (resting?.id !== batch.view) resting = { id: batch.view, rows: new Rows(scene, batch), smoothed: 0, pixelMs: 0, lined: 0 };
   return resting;
 }
 
@@ -369,7 +378,7 @@ function allRows(circumstances) {
       early.set(first, traced);
       for (let next; (next = early.get(rows.done)); ) {
         early.delete(rows.done);
-        add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], next.values);
+        add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], /** @type {Float32Array} */ (next.values));
       }
     },
     left: () => (height - rows.done) * width,
@@ -407,7 +416,7 @@ function atEdges(circumstances) {
       const { pixels } = /** @type {{pixels: Int32Array}} */ (slice);
       rest.pixelMs = lent * milliseconds / (pixels.length / 2);
       rest.smoothed += pixels.length / 2;
-      slices.push({ pixels, means: values });
+      slices.push({ pixels, means: /** @type {Float32Array} */ (values) });
     },
     left: () => edges.length / 2 - rest.smoothed,
     result() {
@@ -418,8 +427,37 @@ function atEdges(circumstances) {
   };
 }
 
+/** @param {Circumstances} circumstances @returns {Work} on lines, band by band */
+function allLines(circumstances) {
+  const { scene, batch, begin } = circumstances, { camera, height, width, thickness } = batch, size = { height, width };
+  const rest = restOf(circumstances), end = begin + batch.milliseconds;
+  /** @type {Band[]} */
+  const bands = [];
+  let dealt = rest.lined;
+  return {
+    deal() {
+      if (dealt === height || (performance.now() > end && bands.length > 0)) return;
+      const first = dealt;
+      dealt = Math.min(height, dealt + BAND);
+      return { camera, size, rows: [first, dealt], thickness };
+    },
+    keep({ slice, values }) {
+      const [first, last] = /** @type {{rows: [number, number]}} */ (slice).rows;
+      bands.push({ begin: first, end: last, covered: /** @type {Uint8Array} */ (values) });
+      rest.lined += last - first;
+    },
+    left: () => (height - rest.lined) * width,
+    result: () => ({
+      message: { kind: "lines", batch, isColored: scene.layout === COLORED, bands, isLast: rest.lined === height }, transfer: bands.map(({ covered }) => covered.buffer),
+    }),
+  };
+}
+
 /** @type {Record<Phase, (circumstances: Circumstances) => Work>} */
-const WORKS = { some: somePixels, rows: allRows, edges: atEdges, light: (circumstances) => lightOf(circumstances.scene).work(circumstances) };
+const WORKS = {
+  some: somePixels, rows: allRows, edges: atEdges, lines: allLines,
+  light: (circumstances) => lightOf(circumstances.scene).work(circumstances),
+};
 
 /** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
 async function lead({ element: own, batch, others: ports }) {
@@ -427,6 +465,7 @@ async function lead({ element: own, batch, others: ports }) {
   await starting;
   turnTo(own);
   if (!scene) throw new Error("lead: expected an open scene");
+  if (scene.cut(batch.cutaway)) forgetViews();
   const lent = threads > 1 ? batch.parts : 1; // including this one
   useThreads(scene.core, lent);
   const planning = /** @type {FramePlanner} */ (planner), begin = performance.now();
@@ -498,8 +537,12 @@ function joined(type, arrays) {
   return all;
 }
 
-/** @param {MessagePort | undefined} port to the current leader @param {number} [own] the element */
-function help(port, own = element) {
+/**
+ * @param {MessagePort | undefined} port to the current leader
+ * @param {number} [own] the element
+ * @param {import("../tracing/cutaway.js").Cutaway} [cutaway]
+ */
+function help(port, own = element, cutaway) {
   leading?.close();
   leading = port;
   if (!port) return;
@@ -508,6 +551,7 @@ function help(port, own = element) {
     if (port !== leading) return; // from a batch that has ended
     turnTo(own);
     try {
+      if (cutaway && scene?.cut(cutaway)) forgetViews();
       const traced = traceSlice(slice);
       port.postMessage(traced, [traced.values.buffer, ...("pixels" in slice ? [slice.pixels.buffer] : [])]);
     } catch (error) {
@@ -541,10 +585,10 @@ function receive({ data }) {
   } else if (data.kind === "lead") {
     lead(data).catch((error) => fail(error));
   } else if (data.kind === "help") {
-    help(data.leader, data.element);
-  } else if (data.kind === "probe") {
-    const { id, places, size, camera } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
-    reply({ kind: "probed", id, probe: of?.probe(places, size, camera) ?? null });
+    help(data.leader, data.element, data.cutaway);
+  } else if (data.kind === "ask") {
+    const { id, question, values } = data, of = data.element === element ? scene : kept.get(data.element)?.scene;
+    reply({ kind: "answered", id, answer: of ? /** @type {any} */ (of)[question](...values) : null });
   } else {
     cancel();
   }

@@ -65,6 +65,8 @@ public:
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
+    [[nodiscard]] const Arrays& arrays() const { return arrays_; }
+
     /// The unit normals at the triangles' corners, which shading interpolates.
     [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 

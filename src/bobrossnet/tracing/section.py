@@ -23,7 +23,10 @@ from bobrossnet.support.errors import (
 MAX_SECTIONS = 6
 """Of a scene: the sides of a box."""
 
-PATTERN = re.compile(r"\s*([xyz])\s*(<=|>=|=|<|>)\s*(\S+)\s*", re.IGNORECASE)
+PATTERN = re.compile(
+    r"\s*([xyz])\s*(<=|>=|=|<|>)\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)\s*", re.IGNORECASE
+)
+"""A section as text; viewer/tracing/section.js has the same."""
 
 
 @dataclass(frozen=True, init=False)

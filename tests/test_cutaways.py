@@ -1,0 +1,445 @@
+"""Sections, parts, picks and measures of <bob-view>: pictures and numbers equal to Python's."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import trimesh
+from browser import picture_at, serving
+
+import bobrossnet as bob
+from bobrossnet import sdf
+from bobrossnet.page.export import export
+from bobrossnet.picture.files import color_to_8_bit
+from bobrossnet.support.paths import VIEWER
+from bobrossnet.tracing.section import PATTERN
+
+WIDTH, HEIGHT = 160, 120
+
+PAGE = """<!doctype html>
+<meta name="viewport" content="width=device-width">
+<script type="module" src="bob/component/bob-view.js"></script>
+<style>body {{ margin: 0 }} bob-view {{ width: {width}px; height: {height}px }}</style>
+<bob-view alt="A part" camera-controls {attributes}></bob-view>
+"""
+
+TOLD = """
+window.told = [];
+for (const name of ["load", "error", "pick"]) {
+  document.addEventListener(name, ({ type, detail, target }) => {
+    if (target.localName === "bob-view") told.push({ type, detail });
+  }, true);
+}
+"""
+
+VIEW = "document.querySelector('bob-view')"
+
+SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_Policy": "require-corp"}
+
+CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+SIDES = [face for a, b, c, d in QUADS for face in ((a, b, c), (a, c, d))]
+
+
+def box(size, **held):
+    return bob.Mesh(CORNERS * size, SIDES, **held)
+
+
+def nested():
+    """Return a red box with a ball inside, and a tube next to it, in millimetres."""
+    ball = bob.Instance(sdf.sphere(0.7), material=bob.Material("#48c"), name="ball")
+    tube = bob.Tube([(-2, -3, 0), (0, -2, 1), (2, -3, 0)], [0, 0, 0, 1, 1, 1], 0.3)
+    scene = bob.Scene(
+        [
+            bob.Instance(box((2, 1.5, 1)), material=bob.Material("#c33"), name="box").translate((10, 0, 0)),
+            ball.translate((10, 0, 0)),
+            bob.Instance(tube, name="tube").translate((10, 0, 0)),
+        ],
+        unit="mm",
+    )
+    return scene
+
+
+OBJ = "\n".join(
+    [
+        *(f"v {x} {y} {z}" for at in (0, 3, 6) for x, y, z in CORNERS * 0.8 + (at, 0, 0)),
+        "f 1 2 4 3",
+        "o housing",
+        *(f"f {' '.join(str(corner + 1) for corner in quad)}" for quad in QUADS[1:]),
+        "g bolt",
+        *(f"f {' '.join(str(corner + 9) for corner in quad)}" for quad in QUADS),
+        "o lid",
+        *(f"f {' '.join(str(corner + 17) for corner in quad)}" for quad in QUADS),
+    ]
+)
+
+
+@pytest.fixture(scope="module")
+def folder(viewer, tmp_path_factory):
+    """Return a folder with the element's files and scenes."""
+    folder = tmp_path_factory.mktemp("cutaways")
+    export({path: content for path, content in viewer.files.items() if "." in path}, folder / "bob")
+    bob.save_scene(nested(), folder / "nested.bob")
+    (folder / "machine.obj").write_text(OBJ)
+    bob.save_scene(bob.load(folder / "machine.obj"), folder / "machine.bob")
+    for name in ("csg.sdf", "gear.sdf"):
+        shutil.copy(VIEWER / "gallery" / name, folder)
+    open_box = bob.Mesh(CORNERS, SIDES[:-4])
+    bob.save_scene(bob.Scene([bob.Instance(open_box, name="bin")]), folder / "open.bob")
+    return folder
+
+
+@pytest.fixture(params=["alone", "shared"])
+def host(request):
+    """Return a server's name: on one of them, workers may share memory."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def hosts(folder):
+    """Serve the folder without and with headers by which workers may share memory."""
+    with (
+        serving(folder, Cache_Control="no-store") as alone,
+        serving(folder, Cache_Control="no-store", **SHARING) as shared,
+    ):
+        yield {"alone": alone, "shared": shared}
+
+
+@pytest.fixture
+def shown(tabs, folder, hosts):
+    """Open a page with an element of these attributes."""
+    opened, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
+
+    def shown(attributes, host="alone"):
+        settings = {"reduced_motion": "reduce", "viewport": {"width": 640, "height": 480}}
+        tab = tabs.open(TOLD, on=listeners, **settings)
+        opened.append(tab)
+        attributes = attributes if "samples" in attributes else f'{attributes} samples="1"'
+        (folder / "index.html").write_text(PAGE.format(attributes=attributes, width=WIDTH, height=HEIGHT))
+        tab.goto(hosts[host])
+        tab.wait_for_function("() => told.some(({ type }) => type === 'load')")
+        return tab
+
+    yield shown
+    for tab in opened:
+        tabs.release(tab)
+    assert wrong == []
+
+
+def settled(page):
+    """Return the exact picture, (H, W, 3) uint8."""
+    address = page.evaluate(f"async () => {{ await {VIEW}.converged(); return {VIEW}.toDataURL(); }}")
+    return np.asarray(picture_at(address).convert("RGB"))
+
+
+def assert_shows(page, scene, camera=None, **held):
+    seen = bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH), **held)
+    wanted = color_to_8_bit(seen.color if "color" in seen.channels else seen.gray).reshape(HEIGHT, WIDTH, -1)
+    assert wanted.any()
+    difference = np.abs(settled(page).astype(int) - wanted).max(axis=-1)
+    assert (difference > 1).mean() < 0.003, f"{(difference > 1).sum()} pixels differ"
+
+
+# ---- Sections --------------------------------------------------------------------------------------------
+
+RIGHT = ["x=0", " Z > -1.5e1 ", "y<=.5", "z<20", "x>=+3."]
+WRONG = ["x=", "x=nan", "x=1_0", "w=1", "x==1", "x=0x10", "x=1 2", "=1", "x=1e999"]
+
+
+def test_sections_have_one_grammar(tmp_path):
+    """The page and Python take the same texts, and mean the same planes."""
+    text = (VIEWER / "tracing/section.js").read_text("utf-8")
+    (pattern,) = re.findall(r"^const PATTERN = /\^(.*)\$/i;$", text, re.MULTILINE)
+    assert pattern == PATTERN.pattern
+    script = f"""
+      import {{ planesOf, sectionsOf }} from "{VIEWER}/tracing/section.js";
+      const found = (text) => {{
+        try {{ return planesOf(sectionsOf(text)); }} catch ({{ message }}) {{ return message; }}
+      }};
+      console.log(JSON.stringify({RIGHT + WRONG}.map(found)));
+    """
+    (tmp_path / "run.mjs").write_text(script)
+    run = subprocess.run(["node", tmp_path / "run.mjs"], capture_output=True, text=True, timeout=60, check=True)
+    found = json.loads(run.stdout)
+    planes = [bob.Section(text) for text in RIGHT]
+    assert found[: len(RIGHT)] == [[*plane.normal, plane.offset] for plane in planes]
+    for text, message in zip(WRONG, found[len(RIGHT) :], strict=True):
+        with pytest.raises(bob.InputError) as told:
+            bob.Section(text)
+        assert message == str(told.value)
+
+
+@pytest.mark.parametrize("section", ["x=10", "x=10, z<0.4", "y>0.2"])
+def test_sections_are_those_of_python(shown, host, section):
+    page = shown(f'src="nested.bob" section="{section}"', host)
+    assert_shows(page, nested(), section=section.split(","))
+
+
+def test_formulas_are_cut(shown):
+    page = shown('src="csg.sdf" section="x=0.1"')
+    assert_shows(page, bob.load(VIEWER / "gallery/csg.sdf"), section="x=0.1")
+
+
+def test_sections_come_move_and_go(shown, host):
+    page = shown('src="nested.bob"', host)
+    assert_shows(page, nested())
+    for x in (9.5, 10.5, 10):
+        page.evaluate(f"(x) => {{ {VIEW}.section = `x=${{x}}`; }}", x)
+    assert_shows(page, nested(), section="x=10")
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 70 }}; }}")
+    assert_shows(page, nested(), bob.Camera(azimuth=70), section="x=10")
+    page.evaluate(f"() => {{ {VIEW}.section = null; {VIEW}.camera = {{ azimuth: 30 }}; }}")
+    assert_shows(page, nested())
+
+
+def test_keys_cut_through_the_middle(shown):
+    page = shown('src="nested.bob"')
+    page.locator("bob-view").focus()
+    page.keyboard.press("x")
+    page.wait_for_function(f"() => {VIEW}.section")
+    assert page.evaluate(f"() => {VIEW}.section") == "x<10"
+    assert_shows(page, nested(), section="x=10")
+    page.keyboard.press("z")
+    page.wait_for_function(f"() => /z/.test({VIEW}.section)")
+    page.keyboard.press("x")
+    page.wait_for_function(f"() => !/x/.test({VIEW}.section)")
+    assert re.fullmatch(r"z<-?[\d.]+", page.evaluate(f"() => {VIEW}.section"))
+
+
+def test_wrong_sections_are_told_and_change_nothing(shown):
+    page = shown('src="nested.bob" section="x=10"')
+    page.evaluate(f"() => {{ {VIEW}.section = 'x=1, y'; }}")
+    (told,) = page.evaluate("() => told.filter(({ type }) => type === 'error')")
+    assert told["detail"]["message"].startswith("section: expected an axis, a relation and a number, such as 'x=0'")
+    assert_shows(page, nested(), section="x=10")
+
+
+def test_moved_sections_have_pictures(shown):
+    """While a plane is dragged, the picture moves along."""
+    page = shown('src="gear.sdf"')
+    pictures = page.evaluate(f"""async () => {{
+      const view = {VIEW};
+      await view.converged();
+      let pictures = 0;
+      view.addEventListener("progress", () => ++pictures);
+      for (let i = 0; i < 40; ++i) {{
+        view.section = `x=${{i / 100 - 0.2}}`;
+        await new Promise(requestAnimationFrame);
+      }}
+      return pictures;
+    }}""")
+    assert pictures >= 4  # even on busy machines
+
+
+# ---- Parts -----------------------------------------------------------------------------------------------
+
+TREE = f"""async () => {{
+  const list = (part) => [[part.path, part.number], ...part.children.flatMap(list)];
+  return list(await {VIEW}.parts()).slice(1);
+}}"""
+
+
+def assembly(file):
+    """Write a glTF of nodes below nodes, of which two share a mesh and a name."""
+    scene = trimesh.Scene()
+    cube, ball = trimesh.creation.box((2, 2, 2)), trimesh.creation.icosphere(2)
+    for name, mesh, parent, x in [
+        ("frame", cube, None, 0),
+        ("pin", ball, "frame", 3),
+        ("lid", cube, "frame", 6),
+        ("pin 2", ball, None, 9),
+    ]:
+        at = np.eye(4)
+        at[0, 3] = x
+        scene.add_geometry(mesh, node_name=name, geom_name=name, parent_node_name=parent, transform=at)
+    file.write_bytes(scene.export(file_type="glb"))
+
+
+@pytest.fixture(scope="module")
+def gltf(folder):
+    assembly(folder / "assembly.glb")
+    return folder / "assembly.glb"
+
+
+@pytest.mark.parametrize("name", ["machine.obj", "machine.bob", "assembly.glb", "nested.bob"])
+def test_the_tree_is_that_of_python(shown, folder, gltf, name):
+    scene = bob.load(folder / name)
+    page = shown(f'src="{name}"')
+    assert page.evaluate(TREE) == [[str(part), part.number] for part in scene.parts.walk()]
+    assert page.evaluate(f"async () => (await {VIEW}.about()).unit") == scene.unit
+
+
+def without(scene, *parts):
+    """Return the scene without some parts, in the sphere of the whole: with points at the ends of its box."""
+    low, high = scene.extent
+    dust = [bob.Instance(box(1e-7)).translate(corner) for corner in (low, high)]
+    return bob.Scene([*scene.hide(*parts).instances, *dust])
+
+
+def test_parts_of_a_mesh_are_hidden_and_come_back(shown, host, folder):
+    scene = bob.load(folder / "machine.obj")
+    page = shown('src="machine.obj"', host)
+    page.evaluate(f"() => {VIEW}.hide('bolt')")
+    assert_shows(page, without(scene, "bolt"))
+    page.evaluate(f"() => {VIEW}.isolate('lid')")
+    assert_shows(page, without(scene, "unnamed", "housing"))
+    page.evaluate(f"() => {VIEW}.unhide('housing')")
+    assert_shows(page, without(scene, "unnamed"))
+    page.evaluate(f"async () => {{ await {VIEW}.isolate(); await {VIEW}.highlight('lid'); }}")
+    assert_shows(page, scene.highlight("lid"))
+    page.evaluate(f"() => {VIEW}.highlight()")
+    assert_shows(page, scene)
+    told = page.evaluate(f"() => {VIEW}.hide('bolts').catch(({{ message }}) => message)")
+    assert told == "part: expected one of the 4 parts, such as unnamed, housing, housing/bolt, lid, got 'bolts'"
+
+
+def test_other_shapes_are_hidden_and_highlighted(shown):
+    page = shown('src="nested.bob" section="x=10"')
+    page.evaluate(f"() => {VIEW}.hide('ball')")
+    assert_shows(page, nested().hide("ball"), section="x=10")
+    page.evaluate(f"() => {{ {VIEW}.section = null; }}")
+    page.evaluate(f"async () => {{ await {VIEW}.isolate(); await {VIEW}.highlight('tube'); }}")
+    assert_shows(page, nested().highlight("tube"))
+    page.evaluate(f"() => {VIEW}.isolate('tube')")
+    page.evaluate(
+        f"""async () => {{
+          {VIEW}.src = "csg.sdf";
+          await new Promise((done) => {VIEW}.addEventListener("load", done));
+        }}"""
+    )
+    assert_shows(page, bob.load(VIEWER / "gallery/csg.sdf"))
+
+
+@pytest.mark.parametrize("name", ["machine.obj", "nested.bob"])
+def test_picks_are_those_of_python(shown, folder, name):
+    scene = bob.load(folder / name)
+    page = shown(f'src="{name}" section="z<0.3"')
+    settled(page)
+    for x, y in [(50, 70), (90, 60), (110, 55), (80, 62), (3, 3)]:
+        found = page.evaluate(f"([x, y]) => {VIEW}.pick(x + 0.5, y + 0.5)", [x, y])
+        wanted = bob.pick(scene.sectioned("z<0.3"), y, x, size=(HEIGHT, WIDTH))
+        assert (found is None) == (wanted is None)
+        if wanted is None:
+            continue
+        assert found["part"] == str(wanted.part)
+        assert (found["instance"], found["face"], found["section"]) == (wanted.instance, wanted.face, wanted.section)
+        assert found["point"] == pytest.approx(wanted.point, abs=3e-6 * scene.radius)
+        assert found["normal"] == pytest.approx(wanted.normal, abs=1e-4)
+        assert found["unit"] == scene.unit
+
+
+def test_measures_are_those_of_python(shown, folder, gltf):
+    for name in ("machine.obj", "assembly.glb", "nested.bob"):
+        scene = bob.load(folder / name)
+        page = shown(f'src="{name}"')
+        for part in [None, *scene.parts.walk()]:
+            found = page.evaluate(f"(part) => {VIEW}.measure(part ?? undefined)", None if part is None else str(part))
+            wanted = bob.measure(scene if part is None else part)
+            assert found["size"] == pytest.approx(wanted.size, rel=3e-5)
+            assert (found["part"], found["unit"]) == (wanted.name, scene.unit)
+            if name != "nested.bob":
+                assert found["area"] == pytest.approx(wanted.area, rel=1e-9)
+                volume = wanted.volume
+                assert found["volume"] == (None if volume is None else pytest.approx(volume, rel=1e-9))
+
+
+# ---- Edges -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["machine.obj", "nested.bob", "csg.sdf"])
+def test_edges_are_those_of_python(shown, host, folder, name):
+    """Over the exact picture; meshes fetch the module with all shapes."""
+    page = shown(f'src="{name}" samples="4"', host)
+    scene = bob.load(folder / name)
+    for edges in (False, True, False):
+        wanted = bob.render(scene, size=(HEIGHT, WIDTH), edges=edges, background="#000").rgba[..., :3]
+        found = settled(page)
+        difference = np.abs(found.astype(int) - wanted).max(axis=-1)
+        assert (difference > 8).mean() < 0.003
+        page.locator("bob-view").focus()
+        page.keyboard.press("e")
+
+
+# ---- The page --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tab(tabs, viewer, folder):
+    """Open the viewer's page with a scene of the folder."""
+    opened, wrong = [], []
+    listeners = {"pageerror": lambda error: wrong.append(str(error))}
+
+    def tab(name):
+        viewer.files[f"files/{name}"] = (folder / name).read_bytes()
+        page = tabs.open(on=listeners, reduced_motion="reduce", viewport={"width": 1280, "height": 800})
+        opened.append(page)
+        page.goto(f"{viewer.url}?size={WIDTH}x{HEIGHT}&samples=1&scene=files/{name}")
+        page.evaluate("() => bobrossnet.started")
+        return page
+
+    yield tab
+    for page in opened:
+        tabs.release(page)
+    assert wrong == []
+
+
+def page_shows(tab, scene, **held):
+    tab.evaluate("() => bobrossnet.converged()")
+    seen = bob.trace(scene, size=(HEIGHT, WIDTH), **held)
+    wanted = color_to_8_bit(seen.color if "color" in seen.channels else seen.gray).reshape(HEIGHT, WIDTH, -1)
+    found = np.asarray(picture_at(tab.evaluate("() => document.querySelector('#picture').toDataURL()")).convert("RGB"))
+    return (np.abs(found.astype(int) - wanted).max(axis=-1) > 1).mean() < 0.003
+
+
+def test_the_page_drags_planes(tab):
+    page = tab("nested.bob")
+    page.click("#section summary")
+    page.check("#axes input >> nth=0")
+    page.wait_for_function("() => document.querySelector('#axes output').value === '10 mm'")
+    assert page_shows(page, nested(), section="x=10")
+    slider = page.get_by_label("Section along X")
+    slider.focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    value = float(page.locator("#axes output >> nth=0").text_content().removesuffix(" mm"))
+    assert value > 10
+    assert page_shows(page, nested(), section=f"x={value}")
+    page.get_by_label("Keep the other side of X").click()
+    assert page_shows(page, nested(), section=f"x>{value}")
+    page.uncheck("#axes input >> nth=0")
+    assert page_shows(page, nested())
+
+
+def test_the_page_names_open_shapes(tab):
+    page = tab("open.bob")
+    page.click("#section summary")
+    page.check("#axes input >> nth=0")
+    page.wait_for_function("() => /^bin is open/.test(document.querySelector('#open-shape').textContent)")
+
+
+def test_the_page_lists_parts_and_measures(tab, folder):
+    scene = bob.load(folder / "machine.obj")
+    page = tab("machine.bob")
+    page.click("#parts > summary")
+    page.get_by_label("Show bolt", exact=True).uncheck()
+    assert page_shows(page, without(scene, "bolt"))
+    assert page.get_by_label("Show housing", exact=True).evaluate("(box) => box.indeterminate")
+    page.get_by_label("Show only lid").click()
+    assert page_shows(page, without(scene, "unnamed", "housing"))
+    page.click("#show-all")
+    assert page_shows(page, scene)
+    page.get_by_role("button", name="lid", exact=True).click()
+    assert page_shows(page, scene.highlight("lid"))
+    page.wait_for_function("() => /Volume4.096/.test(document.querySelector('#picked').textContent)")
+    page.get_by_role("button", name="lid", exact=True).click()
+    assert page_shows(page, scene)
+    left, top, width, height = page.locator("#picture").bounding_box().values()
+    page.mouse.click(left + width / 2, top + height / 2)
+    page.wait_for_function("() => /Partbolt|Parthousing/.test(document.querySelector('#picked').textContent)")
+    assert page.locator(".name[aria-pressed=true]").count() == 1
+    page.mouse.click(left + width / 2 + 9, top + height / 2)
+    page.wait_for_function("() => /Distance/.test(document.querySelector('#picked').textContent)")
