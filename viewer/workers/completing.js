@@ -277,7 +277,7 @@ async function gatherLight(part, tracer) {
   view = undefined;
   lit = part;
   picture = {
-    batch, bitmap: await lightPainted(part), expected: NaN, traced, isSmoothed: isLast, completing: milliseconds,
+    batch, bitmap: await lightPainted(part), expected: NaN, traced, isSmoothed: isLast, isLined: isLast, completing: milliseconds,
     total: milliseconds + performance.now() - begun, backend: "wasm", model: standIn, wanted: standIn, error: NaN,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);

@@ -80,7 +80,7 @@ export class SceneLight {
       },
       keep({ slice, values }) {
         const { wanted } = /** @type {Paths} */ (slice);
-        light.add(wanted, values);
+        light.add(wanted, /** @type {Float32Array} */ (values));
         added += wanted.length / 3;
       },
       left: () => light.left,

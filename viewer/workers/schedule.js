@@ -185,8 +185,7 @@ export class Schedule {
     if (!this.isShared) this.next();
     const isWhole = batch.phase === "light" ? isSmoothed : traced === this.#size.height * this.#size.width;
     const exact = !this.#stale && batch.view === this.#view && isWhole;
-    const isDrawn = this.thickness > 0 && batch.phase !== "light" ? isLined : isSmoothed || this.side === 1;
-    return { exact, final: exact && isDrawn };
+    return { exact, final: exact && (this.thickness > 0 ? isLined : isSmoothed || this.side === 1) };
   }
 
   /** Sets the lights up for the current camera: the scene or they are new. */
