@@ -1,6 +1,6 @@
 # The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
-# relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, with lights, viewer/core*.light*.wasm, and with the
-# networks alone, viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
+# relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, which have lights as viewer/core.mesh.light*.wasm,
+# and with the networks alone, viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
 # `ziglang`; without that wheel, the package is built without them.
 #
 # The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
@@ -151,14 +151,13 @@ endfunction()
 set(of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${of_one} ${completion_relaxed})
-# Links the core to NAME, NAME.mesh, and the same with lights, for instructions of SET. The linker leaves unused code out: core.mesh
-# has no shapes except meshes and draws no edges; only core.mesh reads files of meshes.
+# Links the cores for instructions of SET. The linker leaves unused code out: core.mesh has no shapes except meshes, draws no edges, and
+# has lights only as core.mesh.light; only these two read files of meshes.
 macro(link_cores name set)
   set(core ${completion_${set}} ${tracing_objects} ${tracing_${set}})
   set(light ${light_objects} ${light_${set}})
-  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects})
+  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects} ${light})
   link_wasm(core.mesh${name} ${ARGN} ${core} ${files_objects})
-  link_wasm(core.light${name} ${ARGN} ${core} ${shapes_objects} ${light})
   link_wasm(core.mesh.light${name} ${ARGN} ${core} ${files_objects} ${light})
 endmacro()
 link_cores("" simd128 ${of_one})

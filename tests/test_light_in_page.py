@@ -56,6 +56,7 @@ def folder(viewer, tmp_path_factory):
     export({path: content for path, content in viewer.files.items() if "." in path}, folder / "bob")
     bob.save_scene(ball(), folder / FORMULA)
     bob.save_scene(meshes(), folder / "two.bob")
+    bob.happy_tree().save(folder / "tree.ply")
     return folder
 
 
@@ -158,7 +159,7 @@ def test_unsmoothed_pictures_have_fewer_paths(shown):
 
 
 def test_modules_with_lights_are_fetched_for_lights_alone(shown):
-    page = shown(f'src="two.bob" {LITTLE}')
+    page = shown(f'src="tree.ply" {LITTLE}')
     settled(page)
     fetched = (
         "() => performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => /wasm$/.test(name))"
@@ -167,7 +168,7 @@ def test_modules_with_lights_are_fetched_for_lights_alone(shown):
     page.evaluate(f"() => {{ {VIEW}.light = 'studio'; }}")
     settled(page)
     assert [name.rpartition("/")[2] for name in page.evaluate(fetched) if "light" in name] == [
-        "core.light.relaxed.wasm"
+        "core.mesh.light.relaxed.wasm"
     ]
 
 

@@ -25,7 +25,7 @@ import { Statistics } from "./statistics.js";
 const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
 
 /** The smallest module for a file; a single file for meshes has no other. @param {string} name @returns {CoreName} */
-const coreFor = (name) => (MESHES.test(name) || !(isThere("core.wasm") || isThere("core.light.wasm")) ? "core.mesh" : "core");
+const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
 
 /**
  * A scene that was opened, or will be.

@@ -27,8 +27,8 @@ export const canLendThreads = () => globalThis.crossOriginIsolated === true && h
 /**
  * Fetches and compiles a module, for `new Core(module)`.
  *
- * @param {"complete" | `core${"" | ".mesh"}${"" | ".light"}${"" | ".threads"}`} [name] "core.mesh" has meshes only, and reads
- *   their files, at half the size; modules with "light" have lights, those with "threads" can be lent threads; "complete" has networks
+ * @param {"complete" | `core${"" | ".mesh" | ".mesh.light"}${"" | ".threads"}`} [name] "core.mesh" has meshes only, and reads
+ *   their files, at half the size; it has lights as "core.mesh.light"; modules with "threads" can be lent threads; "complete" has networks
  *   only, at a tenth of the size
  * @param {boolean} [relaxed] in relaxed SIMD; by default if the browser has it
  * @returns {Promise<WebAssembly.Module>}

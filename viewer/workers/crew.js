@@ -51,13 +51,12 @@ const MOST_PIXELS = 1e6; // of pictures whose memory a completing worker may kee
 const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
 
 /**
- * The module of a core, with lights if they are wanted; a single file has the one or the other.
+ * The module of a core. All shapes have lights; meshes only if they are wanted, and a single file has the one or the other.
  *
- * @param {CoreName} core @param {boolean} isLit @returns {CoreName | `${CoreName}.light`}
+ * @param {CoreName} core @param {boolean} isLit @returns {CoreName | "core.mesh.light"}
  */
 function moduleOf(core, isLit) {
-  const lit = /** @type {const} */ (`${core}.light`);
-  return isLit || !isThere(`${core}.wasm`) ? lit : core;
+  return core === "core.mesh" && (isLit || !isThere("core.mesh.wasm")) ? "core.mesh.light" : core;
 }
 
 /** For all workers of a page: compiled once. @type {Map<string, Promise<WebAssembly.Module>>} */
@@ -83,7 +82,7 @@ class Crew {
   #leaving = 0;
   /** @type {CoreName} */
   #core = "core.mesh";
-  #isLit = false; // whether the core has lights
+  #isLit = false; // whether a core of meshes has lights
   /** @type {Completers | undefined} */
   #completers;
   #reading = new Reading();
@@ -211,7 +210,7 @@ class Crew {
   /** Starts the workers for a viewing, if necessary. @param {Viewing} viewing */
   #start(viewing) {
     const all = [viewing, ...this.#waiting], needsAll = all.some(({ core }) => core === "core"), needsLight = all.some(({ isLit }) => isLit);
-    const isTooSmall = (needsAll && this.#core === "core.mesh") || (needsLight && !this.#isLit);
+    const isTooSmall = this.#core === "core.mesh" && (needsAll || (needsLight && !this.#isLit));
     if (isTooSmall) {
       this.#end();
       if (needsAll) this.#core = "core";

@@ -94,11 +94,10 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
 
 
 def single_file_parts(scene: SceneLike, *, is_lit: bool = False) -> dict[str, str]:
-    """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes,
-    with lights if they are wanted."""
+    """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes."""
     check_built()
     are_meshes = all(isinstance(instance.shape, Mesh) for instance in as_scene(scene).instances)
-    core = f"core{'.mesh' if are_meshes else ''}{'.light' if is_lit else ''}.wasm"
+    core = ("core.mesh.light.wasm" if is_lit else "core.mesh.wasm") if are_meshes else "core.wasm"
     files = {core: VIEWER / core}
     files |= {f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS}
     return {path: deflated(file.read_bytes()) for path, file in files.items()}
