@@ -32,7 +32,7 @@ document.addEventListener("progress", ({ detail: { batch } }) => {
 
 SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_Policy": "require-corp"}
 
-MESHES, FORMULA, LITTLE = "two.glb", "ball.bob", 'picture-size="96x72"'
+FORMULA, LITTLE = "ball.bob", 'picture-size="96x72"'
 
 
 def meshes():
