@@ -118,7 +118,7 @@ Curves joined(const LineNetwork& network, float tolerance) {
             if (!used[at[i]]) walk(point, at[i]);
         }
     }
-    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {  // what is left are rings
+    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {  // the rest are rings
         if (!used[s]) walk(network.segments[s].first, s);
     }
     return curves;

@@ -18,13 +18,13 @@
 namespace bob {
 namespace {
 
-/// Pixels by which a surface must leave the plane of its neighbour for a step in depth.
+/// Distance in pixels from the neighbour's plane that makes a step in depth.
 constexpr float least_step = 0.5f;
 
 /// Hits are this far from their surfaces, in radii of the scene.
 constexpr float hit_error = 4e-5f;
 
-/// Intervals of a pixel are bisected so many times: edges are within 1/32 pixel of their place.
+/// Number of bisections of a pixel's interval: edges are within 1/32 pixel of their place.
 constexpr int bisections = 4;
 
 /// Where a curve turns by more within a pixel, or meets another, half pixels resolve it.
@@ -76,7 +76,7 @@ public:
     }
 
 private:
-    /// Whether face normals need a look of their own: only meshes shade by others.
+    /// Whether face normals are needed: only meshes shade by other normals.
     static bool shades_by_other_normals(const Scene& scene) {
         bool any = false;
         for (std::uint32_t i = 0; i < scene.size(); ++i) any = any || dynamic_cast<const Mesh*>(scene[i].shape.get());
@@ -119,7 +119,7 @@ private:
                 const Vec3 point = rays[j].origin + hits[j].t * rays[j].direction;
                 const float along = std::abs(dot(flat[j], normalized(rays[j].direction)));
                 const float step = least_step * projection_.pixel_width(projection_.depth(point)) * along + hit_error;
-                const Hit& hit = hits[j].in_shape;  // a cap is a face of its own
+                const Hit& hit = hits[j].in_shape;  // a cap is a separate face
                 const std::uint32_t face = is_cap(hit.primitive) ? hit.primitive : scene_[hits[j].instance].shape->face(hit);
                 looks[number[j]] = {point, normals[j], flat[j], step, hits[j].instance, face};
             }
@@ -265,7 +265,7 @@ private:
     /// Half an interval between pixels, or half of such a half, by its first end.
     [[nodiscard]] std::uint64_t key(Spot a, Spot b) const { return 2 * static_cast<std::uint64_t>(index(a)) + (a.row == b.row ? 0 : 1); }
 
-    /// The number of the crossing within half a pixel, or none.
+    /// The number of the crossing within half a pixel, if any.
     [[nodiscard]] std::uint32_t crossing(Spot a, Spot b) const {
         const auto found = crossings_.find(key(a, b));
         return found == crossings_.end() ? none : found->second;
@@ -283,7 +283,7 @@ private:
         float step = 0;  // two bisections before the last
     };
 
-    /// Bisects the intervals of all cells between pixels, or those of sharp cells between half pixels.
+    /// Bisects the intervals of all cells between pixels, or of sharp cells between half pixels.
     void place_crossings(int division) {
         std::vector<Interval> intervals;
         std::unordered_set<std::uint64_t> known;
@@ -421,7 +421,7 @@ private:
         network_.points.push_back(meeting);
     }
 
-    /// Leaves out what ends within half a pixel from a curve: noise of grazing surfaces, not an edge.
+    /// Leaves out curves that end within half a pixel of another: noise of grazing surfaces, not an edge.
     void cut_stubs() {
         std::vector<std::uint8_t> meets(network_.points.size());
         for (const auto& [a, b] : network_.segments) ++meets[a], ++meets[b];

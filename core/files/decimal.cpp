@@ -18,7 +18,7 @@ constexpr std::array<std::uint64_t, 20> powers_of_ten = [] {
     for (std::size_t i = 1; i < powers.size(); ++i) powers[i] = 10 * powers[i - 1];
     return powers;
 }();
-constexpr int most_digits = 800;  // 767 digits decide the rounding; any nonzero digit after them counts as one more
+constexpr int most_digits = 800;  // 767 digits decide the rounding; any nonzero digits after them act as one more
 
 /// (value + a little if more) 2^exponent, rounded to the nearest double, ties to even.
 double rounded(Wide value, bool more, int exponent) {

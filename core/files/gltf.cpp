@@ -387,7 +387,7 @@ void Scene::draw(const Drawn& drawn) {
     add(std::move(primitive), product(z_up, product(place, instances.back())), label);
 }
 
-/// The label of a node. One without a name has its mesh's, or else that of its parent.
+/// The label of a node. One without a name has its mesh's, or else its parent's.
 int Scene::label_of(std::size_t node) {
     std::vector<std::size_t> path;
     std::optional<std::size_t> above = node;
@@ -548,7 +548,7 @@ Primitive Scene::read(JsonValue stored, const Weights& weights) {
     return result;
 }
 
-/// Adds what the morph targets change.
+/// Adds the changes of the morph targets.
 void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const {
     if (weights.empty()) return;
     const std::vector<JsonValue> targets = stored["targets"].items();
@@ -626,7 +626,7 @@ const Joints& Scene::joints_of(JsonValue skin) {
     return result;
 }
 
-/// Appends numbers of `width` for each vertex to those of `before` vertices, of which some may have none.
+/// Appends `width` numbers for each vertex after those for `before` vertices; some of these may lack them.
 void append(Numbers<double>& all, Numbers<double>&& more, std::size_t before, std::size_t width) {
     if (more.empty()) return;
     if (before == 0) {

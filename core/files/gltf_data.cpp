@@ -184,7 +184,7 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
     const std::vector<JsonValue>& buffers = list("buffers");
     for (std::size_t i = 0; i < buffers.size(); ++i) {
         const JsonValue uri = buffers[i]["uri"];
-        if (!uri || is_fallback(buffers[i])) {  // one without data only stands for those that are stored compressed
+        if (!uri || is_fallback(buffers[i])) {  // one without data replaces a compressed one
             buffers_.push_back(!uri && chunk ? *chunk : Bytes());
         } else if (!uri.text()) {
             refuse({"buffers[", std::to_string(i), "]: expected a uri, got ", uri.brief()});
@@ -321,7 +321,7 @@ Bytes GltfData::view(JsonValue number) const {
     return views_[static_cast<std::size_t>(*number.number())].bytes;
 }
 
-/// Copies the numbers of a block to the given rows of its width, or to all rows if none are given.
+/// Copies the numbers of a block to the given rows of its width, or to all rows.
 void GltfData::copy(const Block& block, std::span<const std::size_t> rows, Numbers<double>& to) const {
     const Bytes bytes = views_[block.view].bytes;
     const std::size_t size = size_of(block.component), width = static_cast<std::size_t>(block.width);

@@ -51,7 +51,7 @@ void check_count(std::string_view name, std::size_t count);
 /// The path of a URI, with "%20" decoded to a space.
 [[nodiscard]] std::string path_of_uri(std::string_view uri);
 
-/// What a "data:" URI holds; nothing of another URI. Throws std::invalid_argument if its base64 is none.
+/// The content of a "data:" URI; nothing of another URI. Throws std::invalid_argument if its base64 is invalid.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri);
 
 /// An array of vectors, of which `width` numbers each are of interest.
@@ -73,7 +73,7 @@ void normalize(Numbers<double>& values, int component);
 /// The document, whose lists, indices and sizes are checked when it is made.
 class GltfData {
 public:
-    /// text: its JSON. chunk: the binary chunk of a GLB; none in a .gltf. Asks for its buffers, and is incomplete if the host has
+    /// text: its JSON. chunk: the binary chunk of a GLB; empty for a .gltf. Asks for its buffers, and is incomplete if the host has
     /// to answer first.
     GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside);
 
@@ -90,7 +90,7 @@ public:
     /// An accessor's unsigned integers; those beyond 2^31 - 1 are -1.
     [[nodiscard]] Numbers<std::int32_t> indices(const Accessor& accessor) const;
 
-    /// The bytes of an image's view. Throws std::invalid_argument if it has none.
+    /// The bytes of an image's view. Throws std::invalid_argument if it has no view.
     [[nodiscard]] Bytes view(JsonValue number) const;
 
     /// A primitive's mesh by its extension KHR_draco_mesh_compression.

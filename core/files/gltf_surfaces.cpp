@@ -9,11 +9,11 @@
 namespace bob::files {
 namespace {
 
-constexpr double max_number = 1e9;  // of what moves textures
+constexpr double max_number = 1e9;  // of the transforms of textures
 
 constexpr std::string_view spec_gloss = "KHR_materials_pbrSpecularGlossiness", strength = "KHR_materials_emissive_strength";
 
-/// A number within bounds as large as low..high; `otherwise` where the value is none.
+/// A number clamped to low..high; `otherwise` if the value is no number.
 double clamped(JsonValue value, double otherwise, double low = 0, double high = 1) {
     const std::optional<double> number = value.number();
     return number && std::isfinite(*number) ? std::clamp(*number, low, high) : otherwise;

@@ -30,7 +30,7 @@ public:
     /// contents: takes surfaces, images and warnings.
     GltfSurfaces(const GltfData& data, Contents& contents, NotShown& not_shown) : data_(data), contents_(contents), not_shown_(not_shown) {}
 
-    /// The number of a primitive's surface in the contents; -1 if its material is none.
+    /// The number of a primitive's surface in the contents; -1 without a valid material.
     ///
     /// has: whether the primitive has a set of texture coordinates, TEXCOORD_n. Images on others are not shown.
     int number(JsonValue material, const std::function<bool(int)>& has);
@@ -50,9 +50,9 @@ private:
     const GltfData& data_;
     Contents& contents_;
     NotShown& not_shown_;
-    std::map<std::pair<double, std::vector<bool>>, int> numbers_;  // by those of materials, and which of their coordinates there are
+    std::map<std::pair<double, std::vector<bool>>, int> numbers_;  // by numbers of materials, and their sets of coordinates
     std::vector<std::vector<UvSet>> uv_sets_;                      // by surface
-    std::map<double, int> images_;  // by those of images; -1 if one was left out
+    std::map<double, int> images_;  // by numbers of images; -1 if one was left out
     std::map<std::pair<const std::uint8_t*, std::size_t>, int> embedded_;  // by their places in buffers
     std::size_t embedded_bytes_ = 0;
     bool is_imageless_ = false;

@@ -32,7 +32,7 @@ void check_end(const Stream& stream, std::size_t expected) {
     if (stream.size() != expected) refuse({"expected compressed data for its count, got more"});
 }
 
-/// Reads 16 deltas of `bits` bits each. The largest of them stands for a byte that follows.
+/// Reads 16 deltas of `bits` bits each. The largest of them announces a whole byte.
 void read_group(Stream& stream, int bits, std::uint8_t* to) {
     if (bits == 0) {
         std::fill_n(to, group, std::uint8_t{0});
@@ -133,7 +133,7 @@ private:
     Buffer bytes_;
 };
 
-/// The latest values, of which the newest has number 0.
+/// The latest values; the newest has number 0.
 template <class T>
 class Latest {
 public:
@@ -220,7 +220,7 @@ void for_each_four(Buffer& bytes, F f) {
     }
 }
 
-/// Unit vectors on an octahedron, of which the third number is the scale.
+/// Unit vectors on an octahedron; the third number is the scale.
 template <class T>
 void unfold_normals(Buffer& bytes) {
     for_each_four<T>(bytes, [](std::array<T, 4>& four) {

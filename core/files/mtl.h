@@ -13,7 +13,7 @@ namespace bob::files {
 
 /// A map of an MTL: its file, and places on it are scale uv + offset, counted from the bottom up.
 struct Map {
-    std::string name;  // from the model's folder; empty if there is none
+    std::string name;  // from the model's folder; empty without a picture
     std::array<double, 2> scale{1, 1}, offset{0, 0};
     bool is_clamped = false;
 };

@@ -97,7 +97,7 @@ public:
             }
             if (word == "o" || word == "g") {
                 (word == "o" ? object_ : group_) = trimmed(words.rest());
-                if (word == "o") group_ = {};  // groups are those of their object
+                if (word == "o") group_ = {};  // groups belong to their object
                 label_.reset();
                 continue;
             }
@@ -167,7 +167,7 @@ public:
     }
 
 private:
-    /// The number of the current material among those of faces.
+    /// The number of the current material among the faces' materials.
     std::int32_t material() {
         if (used_) {
             std::string own = utf8(*used_);
@@ -225,7 +225,7 @@ private:
         if (++count_; *label_ >= 0 || !labels_.empty()) labels_.push_back(*label_);
     }
 
-    /// The number of a name below a parent's; that of the parent if it is empty.
+    /// The number of a name below a parent's; the parent's if it is empty.
     std::int32_t label(std::string_view name, std::int32_t parent) {
         if (name.empty()) return parent;
         const auto [found, is_new] = label_numbers_.try_emplace({parent, utf8(name)}, static_cast<std::int32_t>(tree_.size()));
@@ -270,7 +270,7 @@ private:
     Polygons polygons_;
     std::vector<std::int32_t> polygon_, materials_;  // materials_: of the polygons
     Vertices vertices_;
-    std::vector<std::string> names_{""};  // of materials, in the order in which faces have them
+    std::vector<std::string> names_{""};  // of materials, in the order of their first faces
     std::unordered_map<std::string, std::int32_t> numbers_{{"", 0}};
     std::int32_t material_ = 0;
     std::string_view object_, group_;
@@ -282,7 +282,7 @@ private:
     std::optional<std::string_view> used_;  // the name of another one, until a face has it
 };
 
-/// What follows each mtllib.
+/// The text after each mtllib.
 std::vector<std::string> libraries_of(std::string_view text) {
     std::vector<std::string> names;
     if (text.find("mtllib") == std::string_view::npos || text.find("usemtl") == std::string_view::npos) return names;

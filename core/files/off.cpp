@@ -11,7 +11,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// What the header's first word says of vertices.
+/// Properties of vertices, from the header's first word.
 struct Kind {
     bool has_texture_coordinates = false, has_colors = false, has_normals = false, is_homogeneous = false, has_dimension = false;
 };
@@ -37,12 +37,12 @@ Kind take_kind(std::string_view& text) {
     return kind;
 }
 
-/// The numbers of a text, on lines of which '#' ends the rest.
+/// The numbers of a text; '#' ends the rest of a line.
 class Rows {
 public:
     explicit Rows(std::string_view text) : lines_(text) {}
 
-    /// The next number, on this line or a later one; `what` is missing if there is none.
+    /// The next number, on this line or a later one; at the end of the file, an error names `what`.
     double next(const std::string& what) {
         std::string_view word;
         while ((word = words_.next()).empty()) {
@@ -65,7 +65,7 @@ private:
     std::vector<double> rest_;
 };
 
-/// As an index; -1 of a number that is none.
+/// As an index; -1 of other numbers.
 std::int32_t index_of(double number) {
     return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
 }

@@ -46,20 +46,20 @@ using Numbers = std::vector<T, Unset<T>>;
 /// A name in the tree of a file's parts. Names of siblings differ.
 struct Label {
     std::string name;  // UTF-8
-    int parent = -1;   // of Contents::labels; -1 is none
+    int parent = -1;   // index in Contents::labels, or -1
 };
 
 /// Consecutive triangles under one label.
 struct Run {
-    int label;  // of Contents::labels; -1 is none
+    int label;  // index in Contents::labels, or -1
     std::int32_t count;
 };
 
-/// One mesh as the file stores it: indices unchecked, numbers perhaps not finite. A field is empty where the file has none.
+/// One mesh as the file stores it: indices unchecked, numbers perhaps not finite. A field is empty if the file lacks it.
 struct Part {
     Numbers<double> vertices;         // (V, 3)
     Numbers<std::int32_t> triangles;  // (T, 3); -1 where the file names no vertex
-    Numbers<double> normals;          // (V, 3); NaN where a vertex has none
+    Numbers<double> normals;          // (V, 3); NaN for a vertex without a normal
     Numbers<double> colors;           // (V, 3), linear RGB; NaN is white
     Numbers<double> face_colors;      // (T, 3), linear RGB; NaN is white
     Numbers<double> alphas;           // (V, 1)
@@ -83,7 +83,7 @@ struct Image {
 
 /// An image on a surface.
 struct Layer {
-    int image = -1;  // of Contents::images; -1 is none
+    int image = -1;  // index in Contents::images, or -1
     Wrap across = Wrap::repeat, down = Wrap::repeat;
     int uv = 0;  // of Part::uv
 };
@@ -94,8 +94,8 @@ enum class Opacity : std::uint8_t { opaque, cutout, translucent };
 struct Surface {
     std::string name;  // UTF-8
     Material material;
-    Layer color, emission, metallic_roughness;  // factors of their images are those of the material
-    Layer mask;                                 // its alpha, or red where it has none, replaces that of `color`
+    Layer color, emission, metallic_roughness;  // their images have the material's factors
+    Layer mask;                                 // its alpha, or red without alpha, replaces the alpha of `color`
     bool replaces_color = false;                // where `color` has an image, it replaces the colours of the material and the parts
     Opacity opacity = Opacity::opaque;
     double alpha_cutoff = 0.5;  // of the product of the image's alpha and the vertices'; infinite if nothing is shown

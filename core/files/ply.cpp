@@ -121,7 +121,7 @@ Type type_of(std::string_view word) {
     refuse({"expected a PLY type such as float or int, got ", utf8(word.substr(0, 40))});
 }
 
-/// Where the line end_header is, and what comes behind it.
+/// The place of the line end_header, and the data behind it.
 std::pair<std::size_t, std::size_t> end_of_header(std::string_view text) {
     constexpr std::string_view word = "end_header";
     const std::string_view head = text.substr(0, most_header);
@@ -362,7 +362,7 @@ void read_rows(Source& source, const Element& element, std::span<const Target> t
 
 // ---- Contents --------------------------------------------------------------------------------------------
 
-/// What a file stores, before parts are made of it.
+/// A file's contents, before parts are made of it.
 struct Tables {
     bool has_vertices = false;
     Numbers<double> vertices, normals, colors, face_colors, uv, corner_uv, numbers;  // numbers: of the textures of faces

@@ -92,7 +92,7 @@ public:
             const std::uint32_t before = previous_[at], after = next_[at];
             next_[before] = after, previous_[after] = before, next_[at] = at;
             std::erase_if(concave_, [&](std::uint32_t i) { return next_[i] == i || ((i == before || i == after) && corner(i) > 0); });
-            at = next_[after], tried = 0, --left;  // not beside the last one, which would make slivers
+            at = next_[after], tried = 0, --left;  // not next to the last one, which would make slivers
         }
         for (const std::uint32_t i : {previous_[at], at, next_[at]}) *to++ = polygon[i];
         return true;

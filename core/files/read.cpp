@@ -22,7 +22,7 @@ Reader reader_of(std::string_view ending) {
     refuse({"format: expected one that the core reads, got ", ending});
 }
 
-/// JSON, of which commas are written where they are due.
+/// Writes JSON, with commas where they are due.
 class Json {
 public:
     [[nodiscard]] std::string text() && { return std::move(text_); }

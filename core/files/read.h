@@ -51,7 +51,7 @@ private:
 /// placement, the rows of its matrix. They are not in the JSON, since to write them exactly takes 100 kB of tables.
 [[nodiscard]] Numbers<double> numbers(const Contents& contents);
 
-/// A part's array by its number: vertices, normals, colors, face_colors, alphas, and from 5 on uv sets. Empty if there is none.
+/// A part's array by its number: vertices, normals, colors, face_colors, alphas, and from 5 on uv sets. Empty if the part lacks it.
 [[nodiscard]] Numbers<double>& field(Part& part, std::size_t number);
 
 }  // namespace bob::files

@@ -22,7 +22,7 @@ namespace bob::files {
 /// Whether a text is `word`, which is in lower case, in any case.
 [[nodiscard]] bool is_word(std::string_view text, std::string_view word);
 
-/// UTF-8, with U+FFFD for bytes that are none.
+/// UTF-8, with U+FFFD for invalid bytes.
 [[nodiscard]] std::string utf8(std::string_view bytes);
 
 /// At most 40 bytes of a text in quotes, for messages.
@@ -37,7 +37,7 @@ namespace bob::files {
 /// Throws std::invalid_argument with a message of texts.
 [[noreturn]] void refuse(std::initializer_list<std::string_view> texts);
 
-/// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument if the word is none, and says so
+/// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument for other words, and says so
 /// if it has a decimal comma.
 [[nodiscard]] double number_of(std::string_view word);
 

@@ -27,7 +27,7 @@ private:
     std::int32_t& find(const double (&place)[3]);
     void grow();
 
-    std::vector<std::int32_t> slots_;  // vertices by their hashes; -1 where there is none
+    std::vector<std::int32_t> slots_;  // vertices by their hashes; -1 if free
     Part part_;
 };
 

@@ -1,6 +1,6 @@
 /// The solid that a surface encloses, known by lines through it.
 ///
-/// Along a line, the closed surface of a solid is entered and left in turn. So lines tell which side of a surface is
+/// Along a line, a line enters and leaves a closed surface alternately. So lines tell which side of a surface is
 /// outside, whatever the order of corners or parameters in a file, and whether the surface is closed.
 #pragma once
 
@@ -26,7 +26,7 @@ using SidesOf = std::function<void(std::span<const Ray> rays, std::span<const Hi
 struct Solid {
     bool is_closed = false;            // all but 1 % of the lines cross the surface an even number of times
     bool overlaps = false;             // some points are inside several times
-    std::vector<std::uint8_t> turned;  // of each part, whether its outside is at its back; empty if none is
+    std::vector<std::uint8_t> turned;  // of each part, whether its outside is at its back; empty if no part is turned
     Vec3 color{1, 1, 1};               // the most frequent colour of the surface
 
     /// Whether a ray enters the solid there.

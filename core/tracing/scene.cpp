@@ -254,7 +254,7 @@ struct Scene::Caps {
     std::vector<Ray> rays;                // from the start of the kept part on
     std::vector<std::uint32_t> numbers;   // of the rays in the call
     std::vector<SceneHit> hits;
-    std::vector<std::uint32_t> instance;  // whose cap is seen, or none
+    std::vector<std::uint32_t> instance;  // whose cap is visible, if any
     std::vector<std::uint32_t> rank;      // of that instance
 
     // Those of one instance that start inside its box.

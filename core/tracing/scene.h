@@ -38,8 +38,8 @@ public:
     /// The instances lie within the unit sphere, or slightly beyond; their shapes are prepared.
     explicit Scene(std::vector<Instance> instances);
 
-    /// The same scene, cut open by at most `max_sections` planes, which keep what lies behind all of them. Where a plane cuts
-    /// a solid there is a cap, with the solid's material. Where solids overlap, that of the smallest box is seen.
+    /// The same scene, cut open by at most `max_sections` planes; the part behind all of them stays. Where a plane cuts
+    /// a solid there is a cap, with the solid's material. Where solids overlap, the one with the smallest box is visible.
     [[nodiscard]] Scene sectioned(std::span<const SectionPlane> planes) const;
     [[nodiscard]] std::span<const SectionPlane> sections() const { return planes_; }
     /// The instances that a section shows without caps, since they enclose no solid.
@@ -62,7 +62,7 @@ public:
     /// The geometric normals at each hit, with the same sign convention.
     void face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
-    /// Whether any shape has colours of its own, or a section hatching.
+    /// Whether any shape has colours, or a section hatching.
     [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_ || !planes_.empty(); }
     /// Whether any surface is not white; then pictures have colours.
     [[nodiscard]] bool is_colored() const;
@@ -76,7 +76,7 @@ public:
 private:
     struct Caps;
 
-    /// As `closest_hits`, without sections. Finds hits before those that there are, and the caps of rays.
+    /// As `closest_hits`, without sections. Finds hits before the given ones, and the caps of rays.
     void hits_before(std::span<const Ray> rays, std::span<SceneHit> hits, Caps* caps) const;
     void hits_in_sections(std::span<const Ray> rays, std::span<SceneHit> hits) const;
     /// The colours of caps with their hatching.

@@ -28,7 +28,7 @@ constexpr std::uint32_t first_cap = 0xffffff00;
 struct KeptPart {
     double enter = 0, leave = 0;                           // `enter` is 0 if the ray starts in the kept part
     double start = 0, end = 0;                             // the same, moved inwards by more than rounding
-    std::uint32_t entered = no_primitive, left = no_primitive;  // the planes there, or none
+    std::uint32_t entered = no_primitive, left = no_primitive;  // the planes there, if any
 
     KeptPart(std::span<const SectionPlane> planes, const Ray& ray);
 

@@ -65,7 +65,7 @@ private:
     std::vector<std::uint32_t> numbers_;  // of the triangles in the whole
 };
 
-/// Corners become vertices of their own, with the normals of the whole: shading smooths over neighbours that are cut off.
+/// Corners become vertices with the normals of the whole: shading smooths over neighbours that are cut off.
 std::shared_ptr<const Mesh> cut(const Mesh& mesh, std::span<const CornerNormals> normals, std::vector<std::uint32_t> numbers) {
     const Mesh::Arrays& whole = mesh.arrays();
     auto own = std::make_shared<OwnedArrays>();

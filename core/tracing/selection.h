@@ -16,7 +16,7 @@ struct Primitives {
     std::uint32_t instance, begin, end;
 };
 
-/// The scene without some primitives, and with others in one colour instead of their own. It stays where it is, and may be
+/// The scene without some primitives, and with others in one colour. It stays where it is, and may be
 /// empty. Hits on instances that were cut keep the user's numbers (`Shape::place`), and meshes keep their shading.
 [[nodiscard]] Scene selected(const Scene& scene, std::span<const Primitives> hidden, std::span<const Primitives> highlighted, const Vec3& color);
 
@@ -24,8 +24,8 @@ struct Primitives {
 /// which rays from six sides find: they may miss parts thinner than 1/256 of it.
 struct Amount {
     Bounds bounds;
-    std::optional<double> area;    // none unless all are triangles
-    std::optional<double> volume;  // none unless they are closed: each edge has its opposite
+    std::optional<double> area;    // only if all are triangles
+    std::optional<double> volume;  // only if they are closed: each edge has its opposite
 };
 [[nodiscard]] Amount amount(const Scene& scene, std::span<const Primitives> primitives, const Sphere& sphere);
 

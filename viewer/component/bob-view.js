@@ -3,7 +3,7 @@
  * <bob-view src="part.glb" camera-controls></bob-view>: an element that displays a scene. While it turns, each picture
  * traces a few percent of its pixels; at rest, all are traced.
  *
- * Names are those of <model-viewer> where it has them. The npm package lists them from these tables (page/manifest.py).
+ * Names are <model-viewer>'s where it has them. The npm package lists them from these tables (page/manifest.py).
  *
  * | attribute | |
  * |---|---|
@@ -67,7 +67,7 @@ import { VIEWS, VIEW_NAMES } from "./views.js";
 import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
-const MOST_PIXELS = 2 ** 26; // of a canvas: twice those of an 8K screen
+const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
 const LIGHTS = ["headlight", "studio"];
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
@@ -445,7 +445,7 @@ class BobViewElement extends Parent {
     return (await this.#ofParts()).measure(part);
   }
 
-  /** The box around the scene, and other facts about it. @returns {Promise<import("../tracing/scene.js").About | null>} null if there is none */
+  /** The box around the scene, and other facts about it. @returns {Promise<import("../tracing/scene.js").About | null>} null without a scene */
   about() {
     return this.#ask("about");
   }

@@ -9,7 +9,7 @@
 
 const WHEEL_ZOOM = 0.0015; // logarithm of the zoom per pixel of a wheel
 const PINCH_ZOOM = 0.01; // the same for a trackpad's pinch, whose steps are small
-const PINCH_MOST = 40; // pixels of such a step
+const PINCH_MOST = 40; // pixels of this step
 const LINE = 16; // pixels
 const STILL = 4; // CSS pixels that a click may move
 const SLOP = 16; // CSS pixels of a touch, within which browsers decide whether the page scrolls

@@ -21,7 +21,7 @@ export const home = ({ fov }) => ({ ...HOME, fov });
  * @param {import("./motion.js").Motion} motion
  * @param {() => Camera} camera the current camera
  * @param {{fit: () => void, home: () => void, pick: () => void, section: (axis: import("../tracing/section.js").Axis) => void, edges: () => void}} actions
- *   pick: the surface in the centre; section: along an axis, or none; edges: drawn, or not
+ *   pick: the surface in the centre; section: along an axis, or no section; edges: drawn, or not
  * @param {AbortSignal} signal removes the handlers
  */
 export function listenToKeys(element, motion, camera, actions, signal) {

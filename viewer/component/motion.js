@@ -6,7 +6,7 @@ import { panned, projection, zoomed } from "../picture/projection.js";
 /** @typedef {import("../picture/camera.js").Camera} Camera */
 
 const TURN = 200; // degrees per drag across the picture's shorter side
-const DECAY_MS = 120; // in which inertia slows down by e
+const DECAY_MS = 120; // for inertia to slow down by e
 const SLOWEST = 0.01; // pixels per millisecond, below which inertia ends
 const WAY_MS = 300; // to another camera
 

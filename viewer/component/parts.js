@@ -57,7 +57,7 @@ export class Parts {
     await this.#show();
   }
 
-  /** @param {readonly (string | number)[]} which none: all are shown */
+  /** @param {readonly (string | number)[]} which empty: all are shown */
   async isolate(which) {
     const shown = new Set((await this.#find(which)).flatMap(withAllBelow));
     for (const part of (await this.tree())?.parts ?? []) part.isHidden = which.length > 0 && !shown.has(part);

@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * Whether anyone sees an element: it is in the window, in a tab that is displayed, and its style does not hide it.
- * Nothing is reported of what covers it.
+ * Elements that cover it are not noticed.
  */
 
 const LOOK_MS = 250; // between looks at the style of an element that it hides: no event reports its change

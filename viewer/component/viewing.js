@@ -65,7 +65,7 @@ export class Viewing {
   #showing = { mode: "completed", divider: 0.5, isTransparent: false };
   /** Callbacks for the answers of the completing worker. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
-  /** What to ask once tracers have the scene; without any, nothing. @type {((pool?: Pool) => void)[]} */
+  /** Questions to ask once tracers have the scene. @type {((pool?: Pool) => void)[]} */
   #questions = [];
   #told;
   /** Waits for the first picture of the scene. @type {{promise: Promise<void>, resolve: () => void} | undefined} */
@@ -319,7 +319,7 @@ export class Viewing {
   /**
    * Draws lines at visible edges of resting pictures, which needs the module with all shapes.
    *
-   * @param {number} thickness in pixels; 0 for none
+   * @param {number} thickness in pixels; 0 for no lines
    * @returns {boolean} whether there is such a module
    */
   draw(thickness) {
@@ -378,7 +378,7 @@ export class Viewing {
     if (this.#scene && (isOther || !this.#isShowing)) this.change({});
   }
 
-  /** @returns {Promise<Buffers | null>} of the last picture; null if the workers have none, or work for another */
+  /** @returns {Promise<Buffers | null>} of the last picture; null if the workers have no picture, or work for another */
   buffers() {
     return new Promise((resolve) => {
       if (!this.#isShowing) return resolve(null);

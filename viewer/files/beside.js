@@ -2,7 +2,7 @@
 /**
  * Files that were opened together with a model: its textures, buffers and libraries of materials.
  *
- * A page knows their names alone, not their folders, so that the last part of what a model names has to do, in any case.
+ * A page knows their names alone, not their folders, so the last part of a model's path suffices, in upper or lower case.
  */
 
 import { CoreError } from "../core/errors.js";
@@ -13,12 +13,12 @@ export class Beside {
     this.files = files;
   }
 
-  /** Whether there is such a file. @param {string} name as the model has it */
+  /** Whether there is a file of this name. @param {string} name as the model has it */
   has(name) {
     return this.#find(name) !== undefined;
   }
 
-  /** What a file holds. @param {string} name as the model has it @returns {Promise<Uint8Array<ArrayBuffer>>} */
+  /** A file's content. @param {string} name as the model has it @returns {Promise<Uint8Array<ArrayBuffer>>} */
   async read(name) {
     const found = this.#find(name);
     if (!found) throw new CoreError(`expected ${lastPart(name)} to be opened together with it, got no such file`);

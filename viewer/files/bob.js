@@ -29,7 +29,7 @@ const MAX_HEADER = 100_000_000;
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
 
 /**
- * What a tensor is: dtype, and the length of each axis; those that may be left out end in "?".
+ * A tensor's type: dtype, and the length of each axis; optional ones end in "?".
  *
  * @type {Record<string, Record<string, [string, ...(number | null)[]]>>}
  */
@@ -209,7 +209,7 @@ function checkedTensor(container, name, entry, dtype, axes) {
   return readTensor(container, name, entry);
 }
 
-/** Throws a CoreError unless numbers are those of a shape. @param {Core} core @param {ShapeDescription} shape */
+/** Throws a CoreError unless numbers describe a shape. @param {Core} core @param {ShapeDescription} shape */
 function checkShape(core, shape) {
   switch (shape.kind) {
     case "mesh": {

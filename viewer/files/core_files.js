@@ -29,7 +29,7 @@ const [VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV] = [0, 1, 2, 3, 4, 5];
 /** Of trees of parts, as bobrossnet.adapters.part.MAX_DEPTH. */
 const MAX_DEPTH = 32;
 
-/** Name of what a file does not name next to what it does. */
+/** Name for an unnamed thing next to named ones. */
 const UNNAMED = "unnamed";
 
 /** Numbers of a surface. */
@@ -66,7 +66,7 @@ export async function readInCore(core, format, bytes, warn, beside) {
   }
 }
 
-/** The path of each label; at its end, that of no label. @param {Contents["labels"]} labels */
+/** The path of each label; at its end, the path of no label. @param {Contents["labels"]} labels */
 function pathsOf(labels) {
   /** @type {string[][]} */
   const paths = [];
@@ -201,7 +201,7 @@ class Images {
     return picture;
   }
 
-  /** The mean of an image of numbers, in 0..1; if unreadable, that of a rough non-metal. @param {number} image */
+  /** The mean of an image of numbers, in 0..1; if unreadable, as of a rough non-metal. @param {number} image */
   async #mean(image) {
     const mean = this.#means.get(image) ?? await this.#read(image, async () => this.#pictures.mean(await this.#file(image))) ?? [0, 1, 0];
     this.#means.set(image, mean);

@@ -144,7 +144,7 @@ function meshOf({ vertices, triangles, normals, colors, faceColors, alphas, uv }
 }
 
 /**
- * Adds computed normals where the file has none, so that shading stays smooth where materials meet. Each corner then becomes a
+ * Adds computed normals where the file lacks them, so that shading stays smooth where materials meet. Each corner then becomes a
  * separate vertex.
  *
  * @param {import("../core/core.js").Core} core

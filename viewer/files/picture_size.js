@@ -65,7 +65,7 @@ function sizeOfJpeg(view) {
 function sizeOfAvif(view, text) {
   /** @type {Size | undefined} */
   let largest;
-  /** The sizes of boxes that hold others, after the bytes of their own. @type {Record<string, number>} */
+  /** The sizes of boxes that hold others, after their own bytes. @type {Record<string, number>} */
   const parents = { meta: 4, iprp: 0, ipco: 0 };
   for (let at = 0; at < view.byteLength;) {
     const size = view.getUint32(at), name = text(at + 4);

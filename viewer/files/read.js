@@ -1,5 +1,5 @@
 // @ts-check
-/** Files: a scene from what they hold, or one line that says why not. */
+/** Files: a scene from their contents, or one line with the reason. */
 
 import { CoreError, oneLine } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
@@ -31,13 +31,13 @@ const READERS = {
   ".bob": readBob,
 };
 
-/** What files can be read. */
+/** Readable files. */
 export const ENDINGS = Object.keys(READERS);
 
 /** Of file names in a command: more would not leave room for it. */
 const MOST_NAMED = 40;
 
-/** What files the Python package alone reads. */
+/** Files that only the Python package reads. */
 const CONVERTED = [".3mf", ".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
 
 /** @param {string} name of a file */

@@ -1,5 +1,5 @@
 // @ts-check
-/** Edited scripts of this tab: reloading the page, or choosing another scene, loses none. */
+/** Edited scripts of this tab: they survive reloading the page and choosing another scene. */
 
 const KEY = "bobrossnet.edits";
 

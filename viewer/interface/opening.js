@@ -30,7 +30,7 @@ export class Opening {
     viewing.expectMore();
   }
 
-  /** @param {string} name of a file of the gallery @throws {Error} of one sentence if there is none */
+  /** @param {string} name of a file of the gallery @throws {Error} of one sentence for another name */
   async builtIn(name) {
     const { gallery } = this.#state, entry = gallery.find(({ file }) => file === name);
     if (!entry) {

@@ -1,5 +1,5 @@
 // @ts-check
-/** The list of parts, and measures of what is picked. */
+/** The list of parts, and measures of picked points. */
 import { between } from "../component/parts.js";
 import { withAllBelow } from "../tracing/parts.js";
 import { lengthOf, measuresOf, numberOf } from "./measures.js";
@@ -28,7 +28,7 @@ export class PartsList {
   #root;
   /** The highlighted one, or that below which all are. @type {Part | undefined} */
   #chosen;
-  /** The last two picks, of which the second is the newest. @type {Picked[]} */
+  /** The last two picks, the newest second. @type {Picked[]} */
   #picks = [];
   #isOld = true;
 

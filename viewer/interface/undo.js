@@ -56,7 +56,7 @@ export function stepsOf({ key, ctrlKey, metaKey, shiftKey, altKey }) {
   return letter === "z" ? (shiftKey ? 1 : -1) : letter === "y" && !shiftKey ? 1 : 0;
 }
 
-/** The end of what differs between two texts, in the second. @param {string} before @param {string} after */
+/** The end of the difference of two texts, in the second. @param {string} before @param {string} after */
 export function endOfChange(before, after) {
   let same = 0;
   while (same < Math.min(before.length, after.length) && before.at(-1 - same) === after.at(-1 - same)) ++same;

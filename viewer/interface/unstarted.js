@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * A script, not a module: browsers start no modules of a page from a disk, and old ones start none at all. Modules have
+ * A script, not a module: browsers start no modules of a page from a disk, and old browsers know no modules. Modules have
  * run when the page is loaded.
  */
 addEventListener("load", () => {

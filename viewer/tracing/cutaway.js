@@ -1,9 +1,9 @@
 // @ts-check
 /**
- * Cutaways: what of a scene is displayed.
+ * Cutaways: the displayed part of a scene.
  *
  * @typedef {{id: number, planes: number[], hidden: number[], highlighted: number[]}} Cutaway
- *   id: differs from those of other cutaways; planes (n, 4): sections, unit normals and offsets in the scene's units;
+ *   id: unique among cutaways; planes (n, 4): sections, unit normals and offsets in the scene's units;
  *   hidden, highlighted (n, 3): an instance, the first of its primitives, and the one after the last
  */
 

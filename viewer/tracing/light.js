@@ -112,7 +112,7 @@ export class Light {
     return this.#core.filled(planes, (address) => this.#core.made("complete_light", this.#handle, Number(isSmooth), address));
   }
 
-  /** 1 where a pixel has paths of this camera, or needs none. @param {Size} size @returns {Float32Array} (height, width) */
+  /** 1 where a pixel has, or needs no, paths of this camera. @param {Size} size @returns {Float32Array} (height, width) */
   mask({ height, width }) {
     return this.#core.filled(new Float32Array(height * width), (address) => this.#core.call("light_mask", this.#handle, address));
   }

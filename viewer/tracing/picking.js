@@ -12,7 +12,7 @@
  * @param {import("../picture/camera.js").Size} size @param {import("../picture/camera.js").Camera} camera
  * @param {(place: {x: number, y: number}, size: import("../picture/camera.js").Size, camera: import("../picture/camera.js").Camera) => Promise<import("./scene.js").Hit | null>} pick as Scene.pick
  * @param {Promise<import("./parts.js").Tree | null>} parts of the scene
- * @returns {Promise<Picked | null>} null if there is none
+ * @returns {Promise<Picked | null>} null on the background
  */
 export async function picked({ x, y }, size, camera, pick, parts) {
   if (!(x >= 0 && x < size.width && y >= 0 && y < size.height)) return null;

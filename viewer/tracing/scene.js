@@ -147,7 +147,7 @@ export class Scene {
    * @param {{x: number, y: number}} place in pixels from the upper left corner
    * @param {import("../picture/camera.js").Size} size of the image
    * @param {import("../picture/camera.js").Camera} camera
-   * @returns {Hit | null} null if there is none
+   * @returns {Hit | null} null for a miss
    */
   pick({ x, y }, { height, width }, camera) {
     const [instance, primitive, section, ...vectors] = this.core.filled(new Float64Array(PICKED), (found) => {
@@ -157,7 +157,7 @@ export class Scene {
     return { instance, primitive, section: section < 0 ? null : section, point: vectors.slice(0, 3), normal: vectors.slice(3), sphere: this.sphere };
   }
 
-  /** What pages show besides pictures. @returns {About} */
+  /** Facts that pages show with pictures. @returns {About} */
   about() {
     const { core, sphere, unit, labels } = this, { center, radius } = sphere;
     const box = core.filled(new Float32Array(6), (address) => void core.call("scene_box", this.handles[0], address));

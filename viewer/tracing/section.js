@@ -17,7 +17,7 @@ export const AXES = ["x", "y", "z"];
 
 /**
  * @param {string | null} text sections with commas between them
- * @returns {Section[]} null and empty texts have none
+ * @returns {Section[]} empty for null and empty texts
  * @throws {Error} of one line, if a section means nothing, or there are too many
  */
 export function sectionsOf(text) {

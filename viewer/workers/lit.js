@@ -14,7 +14,7 @@
  *   kind: "lit", batch: Batch, planes: Float32Array<ArrayBuffer>, mask: Float32Array, traced: number, isLast: boolean, milliseconds: number
  * }} Lit
  *   to the completing worker, once per batch: planes (4, height, width) of linear RGB times coverage, and coverage; mask (height,
- *   width): 1 where a pixel has paths of this camera, or needs none; traced: number of those; isLast: whether these are all;
+ *   width): 1 where a pixel has, or needs no, paths of this camera; traced: number of those; isLast: whether these are all;
  *   milliseconds: for first hits, reprojection and completing. The array of planes is returned
  */
 import { Light } from "../tracing/light.js";

@@ -13,7 +13,7 @@
  */
 import { startWorker } from "../core/parts.js";
 
-const LARGE = 64e6; // bytes of a core's memory, which never shrinks: such a worker reads no other file
+const LARGE = 64e6; // bytes of a core's memory, which never shrinks: the worker then reads no other file
 
 export class Reading {
   /** @type {Worker | undefined} */
@@ -26,7 +26,7 @@ export class Reading {
   #sharing = [];
   #isLast = false; // whether the worker ends after its file
 
-  /** Starts the worker, if there is none. @returns {Worker} */
+  /** Starts the worker if necessary. @returns {Worker} */
   start() {
     if (this.#worker) return this.#worker;
     const worker = this.#worker = startWorker("reader");
@@ -84,7 +84,7 @@ export class Reading {
     if (!this.#isLast) this.end();
   }
 
-  /** Ends the worker, and gives up what it does. @param {string} [reason] */
+  /** Ends the worker and its work. @param {string} [reason] */
   end(reason = "another scene was opened") {
     this.#worker?.terminate();
     this.#fail?.(new Error(reason));

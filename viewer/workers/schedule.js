@@ -29,7 +29,7 @@ const LIT_TIMES = 2; // times the budget, of a moving picture under lights
 const LIT_SHARE = 0.7; // of that time, for first hits and completing: the rest is for paths
 const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest under lights; times completing, at least
 const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
-const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced ones are worth their memory
+const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced pixels need memory
 
 /** Numbers of the newest batch and view of the page, whose elements share workers: these go by what is newer. */
 const newest = { batch: 0, view: 0 };
@@ -45,7 +45,7 @@ export class Schedule {
   side = 2;
   /** Whether lights replace the headlight. */
   isLit = false;
-  /** Thickness of lines at visible edges of a resting view, in pixels; 0 for none. */
+  /** Thickness of lines at visible edges of a resting view, in pixels; 0 for no lines. */
   thickness = 0;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
@@ -164,7 +164,7 @@ export class Schedule {
       this.raysPerSecond = 1000 * rays / milliseconds;
       if (batch.phase === "rows") this.#restingRays = this.raysPerSecond;
     } else if (this.#step > 0) {
-      this.isLit ? this.#begin(this.#litScale, "light") : this.#begin(1, "rows"); // its tracer, with what was traced, may have ended
+      this.isLit ? this.#begin(this.#litScale, "light") : this.#begin(1, "rows"); // its tracer may have ended, with its pixels
     }
     this.next();
   }

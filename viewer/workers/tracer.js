@@ -133,7 +133,7 @@ let light;
  * @typedef {{
  *   scene: typeof scene, edition: number, view: typeof view, resting: typeof resting, restingMs: number, history: typeof history, planner: typeof planner,
  *   light: typeof light
- * }} Kept what belongs to an element
+ * }} Kept the state of an element
  */
 /** @type {Kept} */
 const NOTHING = { scene: undefined, edition: -1, view: undefined, resting: undefined, restingMs: 0, history: undefined, planner: undefined, light: undefined };
@@ -157,7 +157,7 @@ function forget(which) {
   if (which === element) {
     cancel();
     help(undefined);
-    turnTo(0); // which has none
+    turnTo(0); // which has no scene
   }
   const own = kept.get(which);
   kept.delete(which);
@@ -273,10 +273,10 @@ function traceSlice(slice) {
 const lightOf = (scene) => (light ??= new SceneLight(scene));
 
 /**
- * What a batch does.
+ * The work of a batch.
  *
  * @typedef {object} Work
- * @property {() => Slice | undefined} deal returns the next slice; undefined if there is none now, or time is over
+ * @property {() => Slice | undefined} deal returns the next slice; undefined without work, or once time is over
  * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
  * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
  * @property {() => number} left number of pixels

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t max_attributes = 256;
 constexpr int none = -2;  // of predictions
 
-/// Bytes of a number by its type: 1 to 6 are integers, of which odd ones are signed.
+/// Bytes of a number by its type: 1 to 6 are integers, signed if odd.
 std::size_t size_of(int type) {
     constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1};
     return sizes[type - 1];

@@ -268,7 +268,7 @@ std::size_t Builder::remove_merged() {
     return count;
 }
 
-/// Cuts triangles along the edges opposite to some corners, and numbers the vertices anew.
+/// Cuts triangles along the edges opposite to some corners, and renumbers the vertices.
 Corners cut_along(const Corners& whole, const std::vector<std::int32_t>& seam) {
     Corners result{.opposite = whole.opposite, .vertex = std::vector<std::int32_t>(whole.vertex.size(), -1), .leftmost = {}};
     for (const std::int32_t c : seam) {

@@ -9,7 +9,7 @@
 
 namespace bob::files::draco {
 
-/// Triangles as corners: corner c is one of triangle c / 3. -1 is none, of corners and vertices alike.
+/// Triangles as corners: corner c is one of triangle c / 3. A missing corner or vertex is -1.
 struct Corners {
     std::vector<std::int32_t> opposite;  // the corner across the edge opposite to each
     std::vector<std::int32_t> vertex;    // of each corner
@@ -39,7 +39,7 @@ struct Corners {
     }
 };
 
-/// The triangles of a mesh, and those of attributes that are cut along seams.
+/// The triangles of a mesh, and of attributes that are cut along seams.
 struct Connectivity {
     Corners corners;
     std::vector<Corners> cut;

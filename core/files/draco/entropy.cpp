@@ -30,7 +30,7 @@ private:
     /// Reads the probabilities of all symbols; returns their sums.
     std::vector<std::uint32_t> read(Stream& stream, Budget& budget) {
         const std::uint32_t count = stream.varint(), total = std::uint32_t{1} << precision_;
-        // A byte stands for 64 symbols that do not occur.
+        // A byte encodes 64 symbols that do not occur.
         if (count / 64 > stream.size()) refuse({"expected more compressed data, got its end"});
         budget.take(std::uint64_t{total} + 4 * std::uint64_t{count});
         std::vector<std::uint32_t> starts = {0};

@@ -74,7 +74,7 @@ struct Group {
     std::vector<draco::Attribute> attributes;
 };
 
-/// The orders of values, in that of the groups that have them.
+/// The orders of values, by the groups that have them.
 std::deque<Sequence> sequences_of(Stream& stream, const Connectivity& mesh, bool is_sequential, std::size_t groups, Budget& budget) {
     std::deque<Sequence> result;
     for (std::size_t i = 0; i < groups; ++i) {

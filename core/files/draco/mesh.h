@@ -12,7 +12,7 @@ namespace bob::files {
 
 struct DracoMesh {
     struct Attribute {
-        std::uint32_t id;        // by which a glTF names it
+        std::uint32_t id;        // its name in a glTF
         int component;           // type of its numbers, as an accessor has it
         std::size_t width;       // numbers of each vertex
         Numbers<double> values;  // (points, width)

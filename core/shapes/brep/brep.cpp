@@ -111,7 +111,7 @@ struct Brep::Search::Part {
 
     BezierPatch patch;
     const Patch* from;
-    std::vector<Vec3> points;  // a convex function is nowhere larger than at one of these; empty if the part is trimmed away
+    std::vector<Vec3> points;  // a convex function has its maximum at a corner; empty if the part is trimmed away
     std::vector<Vec3> seen;    // corners that the trims leave
     double extent = 0;
     bool longer_along_v = false;

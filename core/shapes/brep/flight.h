@@ -15,7 +15,7 @@ namespace bob::BOB_ISA {
 /// method.
 class Flight {
 public:
-    /// Starts with the subtrees of a beam that this ray enters; false if there are none.
+    /// Starts with the subtrees of a beam that this ray enters; false if it enters no subtree.
     bool begin(const Pieces& pieces, const Ray& ray, std::uint32_t number, const Beam& beam, std::size_t in_beam) {
         left_ = beam.enter(in_beam, entry_t_);
         if (!left_) return false;

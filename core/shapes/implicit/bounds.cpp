@@ -44,7 +44,7 @@ public:
         });
     }
 
-    /// The box around these cells; empty if there are none.
+    /// The box around these cells; empty without cells.
     [[nodiscard]] std::optional<Bounds> hull() {
         Bounds result{};
         for (int axis = 0; axis < 3; ++axis) {
@@ -58,7 +58,7 @@ public:
         return result;
     }
 
-    /// Whether f is unbounded in one of these cells.
+    /// Whether f is unbounded in any cell.
     [[nodiscard]] bool is_vague() {
         bool vague = false;
         look(all(cuts), 1, [&](const Index&, const Finding& found) {
@@ -172,7 +172,7 @@ private:
     std::array<Known, cuts * cuts * cuts> known_{};
 };
 
-/// A box shrunk as far as can be proved; empty if f is positive everywhere in it.
+/// A box, shrunk provably; empty if f is positive everywhere in it.
 std::optional<Bounds> shrunk(const Forms& forms, Bounds box, Work& work) {
     for (int round = 0; round < 100; ++round) {
         const std::optional<Bounds> hull = Inside(forms, box, work).hull();

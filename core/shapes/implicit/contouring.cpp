@@ -314,7 +314,7 @@ void keep_within(Point& point, const Point& low, const Point& high, const Quadri
 }
 
 /// Range of a cell's vertices: the cell, and half of each neighbour across a face without crossed edges. Sharp edges and corners of
-/// the surface may poke through such a face.
+/// the surface may poke through this face.
 std::pair<Point, Point> room_of(const Point& low, int corners) {
     Point from = low, to = low;
     for (int axis = 0; axis < 3; ++axis) {
@@ -626,7 +626,7 @@ private:
             if (!(here.sheets().doubled >> (2 * face_axis + side) & 1)) continue;
             if (!(there.sheets().doubled >> (2 * face_axis + !side) & 1)) continue;
             // The face has two inside corners; the crossing around the lower one gets an additional vertex. The edge lies in the
-            // face, and its inside end is one of these corners.
+            // face, and ends inside at one of its corners.
             const std::int64_t end[3] = {x + (axis == 0 && !begins_inside), y + (axis == 1 && !begins_inside),
                                          z + (axis == 2 && !begins_inside)};
             std::int64_t low[3] = {x, y, z};  // corner of the face

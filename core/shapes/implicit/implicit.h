@@ -48,7 +48,7 @@ public:
 private:
     /// The slope and the value of f just before each hit, or at it.
     struct Slope {
-        Vec3 gradient;  // of length 1, or 0 if there is none
+        Vec3 gradient;  // of length 1, or 0 if undefined
         float value;
     };
     template <class Use>

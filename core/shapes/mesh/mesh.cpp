@@ -306,7 +306,7 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
     const CornerNormals& corner = prepared_->normals[hit.primitive];
     const Vec3 smooth = normalized(hit.u * corner[0] + hit.v * corner[1] + (1 - hit.u - hit.v) * corner[2]);
     const Vec3 face = prepared_->face_normals[hit.primitive];
-    // Files disagree on which side is out, and open meshes show both: use the side that was hit.
+    // Files disagree about the outside, and open meshes show both sides: use the side that was hit.
     const Vec3 facing = dot(face, ray_direction) > 0 ? -face : face;
     if (dot(smooth, smooth) == 0) return facing;
     return dot(smooth, facing) < 0 ? -smooth : smooth;

@@ -96,7 +96,7 @@ struct Intervals {
 /// One piece in a ray's frame.
 class PieceOnRay {
 public:
-    /// False if the ray certainly misses all balls, or hits none from 0 to `end`, in units of length.
+    /// False if the ray certainly misses all balls, or hits no ball from 0 to `end`, in units of length.
     bool project(const TubePiece& piece, const RayFrame& ray, double end) {
         D4 ball[4];
         for (int i = 0; i < 4; ++i) {

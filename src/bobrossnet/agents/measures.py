@@ -1,4 +1,4 @@
-"""Numbers about scenes: what they consist of, and how two of them differ."""
+"""Numbers about scenes: their contents, and the differences of two."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ONLY_FIRST, ONLY_SECOND, APART = (222, 45, 38), (33, 102, 220), (255, 160, 0)
 
 
 def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
-    """What is in a scene: kinds, sizes, parts, volumes and overlaps of parts, in the scene's units."""
+    """Return the contents of a scene: kinds, sizes, parts, volumes and overlaps of parts, in the scene's units."""
     box, cache = scene.extent, dict[int, Amount]()
     own = [part for part in scene.parts.walk() if part.own]
     parts = [_of_part(scene, part, cache) for part in own[:MAX_PARTS]]
@@ -60,7 +60,7 @@ def described(scene: Scene, warnings: list[str]) -> dict[str, Any]:
 
 
 def _of_part(scene: Scene, part: Part, cache: dict[int, Amount]) -> dict[str, Any]:
-    """What is in one part."""
+    """Return the contents of one part."""
     shapes = [(scene.instances[number].shape, stop - start) for number, start, stop in part.own]
     kinds = {shape.kind for shape, _ in shapes}
     told: dict[str, Any] = {"name": str(part), "kind": " and ".join(sorted(kinds))}
@@ -83,7 +83,7 @@ def _of_part(scene: Scene, part: Part, cache: dict[int, Amount]) -> dict[str, An
 
 
 def told_pick(found: Pick) -> dict[str, Any]:
-    """What agents are told of a picked surface, in the scene's units; `highlight` names it to `look`."""
+    """Return the description of a picked surface for agents, in the scene's units; `highlight` names it to `look`."""
     shape = found.scene.instances[found.instance].shape
     told: dict[str, Any] = {"part": str(found.part)}
     if found.section is not None:
@@ -98,7 +98,7 @@ def told_pick(found: Pick) -> dict[str, Any]:
 
 
 def told_face(face: FaceMeasures) -> dict[str, Any]:
-    """What agents are told of a picked face: what is known of it."""
+    """Return the description of a picked face for agents."""
     told: dict[str, Any] = {"kind": face.kind}
     for name in ("radius", "major_radius", "half_angle", "area", "thickness"):
         if (value := getattr(face, name)) is not None:
@@ -110,7 +110,7 @@ def told_face(face: FaceMeasures) -> dict[str, Any]:
 
 
 def told_volume(volume: float | None) -> dict[str, Any]:
-    """What agents are told of a volume, None of an open surface."""
+    """Return a volume for agents, None for an open surface."""
     return {"closed": volume is not None, "volume": None if volume is None else rounded(volume)}
 
 

@@ -92,7 +92,7 @@ class Sheet:
     """Follows lengths."""
 
     def drawn(self, title: str | None = None, edges: bool = True, names: bool = True) -> Picture:
-        """Draw the sheet; the arguments are those of `sheet`."""
+        """Draw the sheet; arguments as in `sheet`."""
         from PIL import Image, ImageDraw
 
         (height, width), line, unit = self.size, self.line, self.unit
@@ -193,7 +193,7 @@ def sheet(
 def laid_out(
     scene: SceneLike, views: Sequence[str], size: SizeLike, unit: str | None = None, section: SectionLike = None
 ) -> Sheet:
-    """Return the sheet of some views and sections, not yet drawn; the arguments are those of `sheet`."""
+    """Return the sheet of some views and sections, not yet drawn; arguments as in `sheet`."""
     scene = as_scene(scene)
     height, width = check_size(size)
     if min(height, width) < 240:
