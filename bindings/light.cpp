@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "bindings.h"
@@ -149,15 +150,15 @@ void bind_light(nb::module_& m) {
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
           "color"_a.noconvert(), "alpha"_a.noconvert(),
           "Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10).");
-    const auto discs = [] {
-        nb::list all;
-        for (const bob::StudioLight& light : bob::studio_lights) all.append(nb::make_tuple(light.azimuth, light.elevation, light.angle, light.color, light.intensity));
+    m.def("studio_lights", [] {
+        std::vector<std::tuple<double, double, double, std::array<double, 3>, double>> all;
+        for (const bob::StudioLight& light : bob::studio_lights) all.emplace_back(light.azimuth, light.elevation, light.angle, light.color, light.intensity);
         return all;
-    };
-    m.attr("STUDIO_LIGHTS") = discs();
-    m.attr("STUDIO_SKY") = nb::make_tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity);
+    }, "Azimuth from the camera's, elevation, angle, colour and intensity of each disc.");
+    m.def("studio_sky", [] { return std::tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity); });
     m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
-    m.attr("EDGE_RAYS") = nb::make_tuple(bob::MovingLight::edge_rays, bob::MovingLight::moving_edge_rays);
+    m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
+    m.attr("MOVING_EDGE_RAYS") = bob::MovingLight::moving_edge_rays;
     nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")
         .def(nb::init<>())
         .def("pixels", &bob::LightPace::pixels, "total"_a, "left"_a,

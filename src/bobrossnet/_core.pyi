@@ -336,14 +336,14 @@ class Lighting:
     def hits_at_edges(self, camera: Camera, planes: F32, side: int) -> tuple[I32, F32]: ...
 
 def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color: F32, alpha: F32) -> None: ...
-
-STUDIO_LIGHTS: list = ...
-
-STUDIO_SKY: tuple = ([0.96, 0.98, 1.0], [0.62, 0.6, 0.58], 0.32)
+def studio_lights() -> list[tuple[float, float, float, list[float], float]]: ...
+def studio_sky() -> tuple[list[float], list[float], float]: ...
 
 LIGHT_PATHS: int = 16
 
-EDGE_RAYS: tuple = (4, 2)
+EDGE_RAYS: int = 4
+
+MOVING_EDGE_RAYS: int = 2
 
 class LightPace:
     def __init__(self) -> None: ...

@@ -148,11 +148,11 @@ def studio(camera: Camera) -> list[Light | Sky]:
         x, y, _ = (p - t for p, t in zip(camera.position, target, strict=True))
         azimuth = math.degrees(math.atan2(y, x))
     lights: list[Light | Sky] = [
-        Light(_toward(azimuth + turn, elevation), angle=angle, color=tuple(color), intensity=intensity)
-        for turn, elevation, angle, color, intensity in _core.STUDIO_LIGHTS
+        Light(_toward(azimuth + turn, elevation), angle=angle, color=(color[0], color[1], color[2]), intensity=intensity)
+        for turn, elevation, angle, color, intensity in _core.studio_lights()
     ]
-    top, bottom, intensity = _core.STUDIO_SKY
-    return [*lights, Sky(tuple(top), tuple(bottom), intensity=intensity)]
+    top, bottom, intensity = _core.studio_sky()
+    return [*lights, Sky((top[0], top[1], top[2]), (bottom[0], bottom[1], bottom[2]), intensity=intensity)]
 
 
 def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:

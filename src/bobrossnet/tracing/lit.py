@@ -42,10 +42,11 @@ HITS = 10
 MAX_RADIUS = 1e38
 """Of scenes, as float32 holds it: glass in larger ones is as clear as in these."""
 
-EDGE_RAYS: int
-MOVING_EDGE_RAYS: int
-EDGE_RAYS, MOVING_EDGE_RAYS = _core.EDGE_RAYS
-"""Rays of first hits at edges, down and across a pixel, and the same while the camera moves."""
+EDGE_RAYS: int = _core.EDGE_RAYS
+"""Rays of first hits at edges, down and across a pixel."""
+
+MOVING_EDGE_RAYS: int = _core.MOVING_EDGE_RAYS
+"""The same while the camera moves."""
 
 
 class LitTracer:
