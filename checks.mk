@@ -8,11 +8,12 @@ clang:
 	  { [ "$$(id -u)" = 0 ] && apt-get update -qq && apt-get install -y -qq --no-install-recommends clang-19 libclang-rt-19-dev; } > /dev/null || \
 	  { echo "no Clang: the core's tests are run by one compiler only"; [ -z "$$CI" ]; }
 
-# Builds the core's tests in build/NAME with CMake's further arguments, and runs them.
+# Builds the core's tests in build/NAME with CMake's further arguments, and runs them, by a prefix, half of them in each of two
+# processes. Ninja does not share make's jobs.
 comma := ,
 define core_tests
 $(BIN)/cmake -S . -B build/$(1) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_WERROR=ON $(2)
-$(BIN)/cmake --build build/$(1) && $(3) build/$(1)/core_tests
+MAKEFLAGS= $(BIN)/cmake --build build/$(1) && printf '1/2\n2/2\n' | xargs -n 1 -P 2 $(3) build/$(1)/core_tests
 endef
 
 # Random bytes into every door, TIME seconds for each target of the core and each format of files, or for TARGET=script alone;

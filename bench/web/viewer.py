@@ -283,7 +283,8 @@ def in_light(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> N
     rows = []
     for file, name in scenes.items():
         for light in ("headlight", "studio"):
-            page, spent = browser.new_context().new_page(), []
+            page = browser.new_context().new_page()
+            spent: list[float] = []
             page.expose_function("measured", lambda own=spent: own.append(worker_milliseconds()))
             page.goto(f"{url}{SIZE}&scene={file}&light={light}")
             page.evaluate("() => bobrossnet.started.then(() => bobrossnet.converged())")

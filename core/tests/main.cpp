@@ -28,11 +28,13 @@ void fail(const char* file, int line, const std::string& what) {
 
 }  // namespace test
 
-/// core_tests [NAME...]: runs the tests whose names contain any of these, by default all.
+/// core_tests [K/N] [NAME...]: runs the tests whose names contain any of these, by default all; of every N tests the K-th.
 int main(int count, char** arguments) {
-    const std::span<char*> wanted(arguments + 1, arguments + count);
-    std::size_t ran = 0;
+    std::span<char*> wanted(arguments + 1, arguments + count);
+    std::size_t part = 0, parts = 1, at = 0, ran = 0;
+    if (!wanted.empty() && std::sscanf(wanted[0], "%zu/%zu", &part, &parts) == 2 && parts > 0) wanted = wanted.subspan(1);
     for (const auto& [name, run] : test::cases()) {
+        if (++at % parts != part % parts) continue;
         const bool is_wanted = std::ranges::any_of(wanted, [name = std::string_view(name)](const char* part) {
             return name.find(part) != std::string_view::npos;
         });

@@ -148,8 +148,8 @@ def studio(camera: Camera) -> list[Light | Sky]:
         x, y, _ = (p - t for p, t in zip(camera.position, target, strict=True))
         azimuth = math.degrees(math.atan2(y, x))
     lights: list[Light | Sky] = [
-        Light(_toward(azimuth + turn, elevation), angle=angle, color=(color[0], color[1], color[2]), intensity=intensity)
-        for turn, elevation, angle, color, intensity in _core.studio_lights()
+        Light(_toward(azimuth + turn, elevation), angle=angle, color=(r, g, b), intensity=intensity)
+        for turn, elevation, angle, (r, g, b), intensity in _core.studio_lights()
     ]
     top, bottom, intensity = _core.studio_sky()
     return [*lights, Sky((top[0], top[1], top[2]), (bottom[0], bottom[1], bottom[2]), intensity=intensity)]
