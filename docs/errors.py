@@ -276,7 +276,7 @@ exact; since an SSIM window covers several classes, these don't add up to 100 %.
 
 ## Limits
 
-Oracles know the truth, so no method reaches them. The change is that of 1 - SSIM from the default network.
+Oracles know the truth, so no method reaches them. The column "change" compares 1 - SSIM with the default network.
 
 {oracles}
 

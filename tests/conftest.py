@@ -94,6 +94,19 @@ def new_page(tabs):
     assert wrong == []
 
 
+@pytest.fixture(autouse=True)
+def files_of_the_viewer(request):
+    """Remove the files that a test adds to the viewer: its folder ends with it."""
+    if "viewer" not in request.fixturenames:
+        yield
+        return
+    files = request.getfixturevalue("viewer").files
+    before = dict(files)
+    yield
+    files.clear()
+    files.update(before)
+
+
 @pytest.fixture(scope="session")
 def viewer():
     """Start the viewer's server at `url`; tests may add `files` to serve."""
