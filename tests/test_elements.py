@@ -64,7 +64,8 @@ def shown(new_page, folder):
 
     def shown(text, headers=None, script=""):
         (folder / "index.html").write_text(PAGE + text)
-        page = new_page(WATCH, script, viewport={"width": 640, "height": 480})
+        settings = {"viewport": {"width": 640, "height": 480}, "reduced_motion": "no-preference"}  # elements turn
+        page = new_page(WATCH, script, **settings)
         page.goto(servers.enter_context(serving(folder, **(headers or {}))))
         return page
 
