@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "bindings.h"
+#include "frame/light_pace.h"
+#include "frame/moving_light.h"
 #include "light/edges.h"
 #include "light/light_history.h"
-#include "frame/light_pace.h"
 #include "light/lighting.h"
-#include "frame/moving_light.h"
 #include "light/studio.h"
 
 using namespace nb::literals;
@@ -107,10 +107,8 @@ auto trace_into(bob::LightHistory& history, const bob::Lighting& lighting, const
         lighting.trace(camera, history.height(), history.width(), items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed}, layout, samples.data(),
                        changes.data());
         std::vector<bob::LightHistory::Traced> traced(n);
-        using P = bob::LightHistory;
         for (std::size_t i = 0; i < n; ++i) {
-            const float* const s = samples.data() + i * P::plane_count;
-            traced[i] = {{s[P::red], s[P::green], s[P::blue]}, s[P::shadow], s[P::variance], changes[i], count};
+            traced[i] = bob::LightHistory::Traced::of(samples.data() + i * bob::LightHistory::plane_count, changes[i], count);
         }
         history.add(items<bob::Pixel>(pixels), traced, at_rest, surfaces);
     });

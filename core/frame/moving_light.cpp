@@ -56,16 +56,14 @@ std::vector<MovingLight::Wanted> MovingLight::next(std::size_t count) {
 
 void MovingLight::trace(const Lighting& lighting, const Camera& camera, int height, int width, std::span<const Wanted> wanted, std::uint32_t paths,
                         std::uint64_t seed, LightHistory::Traced* traced) {
-    using P = LightHistory;
-    const Layout& layout = P::layout();
+    const Layout& layout = LightHistory::layout();
     std::vector<Pixel> pixels;
     std::vector<std::uint32_t> drawn;
     for (const auto& [pixel, before] : wanted) pixels.push_back(pixel), drawn.push_back(before);
     std::vector<float> samples(wanted.size() * static_cast<std::size_t>(layout.width())), changes(wanted.size());
     lighting.trace(camera, height, width, pixels, {drawn, paths, seed}, layout, samples.data(), changes.data());
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-        const float* const s = samples.data() + k * P::plane_count;
-        traced[k] = {{s[P::red], s[P::green], s[P::blue]}, s[P::shadow], s[P::variance], changes[k], paths};
+        traced[k] = LightHistory::Traced::of(samples.data() + k * LightHistory::plane_count, changes[k], paths);
     }
 }
 

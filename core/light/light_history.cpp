@@ -68,6 +68,10 @@ void LightHistory::merge(Sample& sample, const Sample& other) {
     sample.paths = sum, sample.age = std::min(sample.age, other.age);
 }
 
+LightHistory::Traced LightHistory::Traced::of(const float* means, float change, std::uint32_t paths) {
+    return {{means[red], means[green], means[blue]}, means[LightHistory::shadow], means[LightHistory::variance], change, paths};
+}
+
 void LightHistory::age() {
     for (Sample& sample : samples_) sample.is_reprojected = true;
 }

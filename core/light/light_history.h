@@ -33,6 +33,9 @@ public:
         float shadow, variance;
         float change;  // maximum change of luminance per radian of view direction
         std::uint32_t paths;
+
+        /// From the means of paths, in the layout's order.
+        static Traced of(const float* means, float change, std::uint32_t paths);
     };
 
     /// Moves all samples to the pixels of another camera, and of a picture of another size.
