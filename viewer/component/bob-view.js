@@ -53,11 +53,12 @@ import { VERSION } from "../core/version.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
 import { projection } from "../picture/projection.js";
 import { WHOLE, changed } from "../tracing/cutaway.js";
-import { planesOf, sectionsOf, textOf, toggled } from "../tracing/section.js";
+import { planesOf, sectionsOf, textOf, toggled, validSections } from "../tracing/section.js";
 import { define } from "./define.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, home, listenToKeys } from "./keys.js";
 import { LIMITS, limited } from "./limits.js";
+import { made } from "./made.js";
 import { Motion, isCalm } from "./motion.js";
 import { reflect } from "./properties.js";
 import { Sight } from "./sight.js";
@@ -83,9 +84,6 @@ const TEXTS = [
   "loading", "base", "section",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube", "edges"];
-
-/** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
-const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
 
 /** Servers that import this module to render pages have no elements. */
 const Parent = /** @type {typeof HTMLElement} */ (globalThis.HTMLElement ?? Object);
@@ -484,16 +482,9 @@ class BobViewElement extends Parent {
   /** Cuts the scene open along an axis, or not. @param {import("../tracing/section.js").Axis} axis */
   async #toggleSection(axis) {
     const about = await this.about();
-    if (about) this.setAttribute("section", textOf(toggled(this.#sections, axis, about.box)));
+    if (about) this.setAttribute("section", textOf(toggled(validSections(this.getAttribute("section")), axis, about.box)));
   }
 
-  get #sections() {
-    try {
-      return sectionsOf(this.getAttribute("section"));
-    } catch {
-      return [];
-    }
-  }
 
   // ---- Scenes --------------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@
  * `data-light` and `data-background`, in the notation of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
+import { made } from "../component/made.js";
 import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE } from "../picture/camera.js";
@@ -173,7 +174,7 @@ function choose() {
 function offerEdited() {
   const { titles } = kept, listed = gallery.querySelector("#edited");
   if (titles.length === 0 || listed?.childElementCount === titles.length) return;
-  const group = listed ?? gallery.appendChild(Object.assign(document.createElement("optgroup"), { id: "edited", label: "Edited" }));
+  const group = listed ?? gallery.appendChild(made("optgroup", { id: "edited", label: "Edited" }));
   group.replaceChildren(...titles.map((title) => new Option(title, EDITED + title)));
 }
 

@@ -1,5 +1,6 @@
 // @ts-check
 /** The list of parts, and measures of picked points. */
+import { made } from "../component/made.js";
 import { between } from "../component/parts.js";
 import { withAllBelow } from "../tracing/parts.js";
 import { lengthOf, measuresOf, numberOf } from "./measures.js";
@@ -11,13 +12,6 @@ import { lengthOf, measuresOf, numberOf } from "./measures.js";
  */
 
 const MOST_OPEN = 30; // parts of a tree that is unfolded at first
-
-/** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Record<string, any>} fields @param {...(Node | string)} children @returns {HTMLElementTagNameMap[T]} */
-function made(name, fields, ...children) {
-  const element = Object.assign(document.createElement(name), fields);
-  element.append(...children);
-  return element;
-}
 
 export class PartsList {
   #picture;
@@ -79,14 +73,14 @@ export class PartsList {
     shown.addEventListener("change", () => this.#hide(part, !shown.checked));
     name.addEventListener("click", () => this.#choose(part));
     only.addEventListener("click", () => this.#isolate(part));
-    const row = made("div", { className: "part" }, shown, name, only), item = made("li", {});
+    const row = made("div", { className: "part" }, shown, name, only), item = made("li");
     this.#rows.set(part, { item, shown, name });
     if (part.children.length === 0) {
       item.append(row);
       return item;
     }
     // Parts below are listed once someone looks at them.
-    const below = made("ul", {}), details = made("details", {}, made("summary", { ariaLabel: `Parts of ${part.name}` }), below);
+    const below = made("ul"), details = made("details", {}, made("summary", { ariaLabel: `Parts of ${part.name}` }), below);
     const fill = () => {
       if (below.childElementCount > 0) return;
       below.append(...part.children.map((child) => this.#item(child, isOpen)));

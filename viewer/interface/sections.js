@@ -1,6 +1,7 @@
 // @ts-check
 /** The controls of sections: for each axis a switch, a slider along the scene's box, and its other side. */
-import { AXES, sectionsOf, shortened, textOf, toggled } from "../tracing/section.js";
+import { made } from "../component/made.js";
+import { AXES, shortened, textOf, toggled, validSections } from "../tracing/section.js";
 
 /**
  * @typedef {import("../tracing/section.js").Axis} Axis
@@ -9,9 +10,6 @@ import { AXES, sectionsOf, shortened, textOf, toggled } from "../tracing/section
  */
 
 const STEPS = 1000; // of a slider
-
-/** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Record<string, any>} fields @returns {HTMLElementTagNameMap[T]} */
-const made = (name, fields) => Object.assign(document.createElement(name), fields);
 
 export class Sections {
   #picture;
@@ -45,10 +43,9 @@ export class Sections {
 
   /** @param {string} name @param {Axis} axis */
   #row(name, axis) {
-    const label = made("label", { className: "check" }), check = made("input", { type: "checkbox" });
-    label.append(check, ` ${name}`);
+    const check = made("input", { type: "checkbox" }), label = made("label", { className: "check" }, check, ` ${name}`);
     const slider = made("input", { type: "range", min: "0", max: String(STEPS), step: "1", disabled: true, ariaLabel: `Section along ${name}` });
-    const output = made("output", {}), other = made("button", { type: "button", textContent: "⇄", title: "Keep the other side", ariaLabel: `Keep the other side of ${name}`, disabled: true });
+    const output = made("output"), other = made("button", { type: "button", textContent: "⇄", title: "Keep the other side", ariaLabel: `Keep the other side of ${name}`, disabled: true });
     check.addEventListener("change", async () => this.#set(toggled(this.#sections, axis, (await this.#known()).box)));
     slider.addEventListener("input", async () => {
       const { box } = await this.#known(), size = box[axis + 3] - box[axis];
@@ -62,11 +59,7 @@ export class Sections {
   }
 
   get #sections() {
-    try {
-      return sectionsOf(this.#picture.getAttribute("section"));
-    } catch {
-      return [];
-    }
+    return validSections(this.#picture.getAttribute("section"));
   }
 
   /** Changes the first section along an axis. @param {Axis} axis @param {Partial<import("../tracing/section.js").Section>} changes */

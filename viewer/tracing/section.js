@@ -33,6 +33,15 @@ export function sectionsOf(text) {
   });
 }
 
+/** The same, empty for texts that mean nothing. @param {string | null} text */
+export function validSections(text) {
+  try {
+    return sectionsOf(text);
+  } catch {
+    return [];
+  }
+}
+
 /** The reverse of `sectionsOf`. @param {readonly Section[]} sections */
 export const textOf = (sections) => sections.map(({ axis, sign, at }) => `${AXES[axis]}${sign > 0 ? "<" : ">"}${at}`).join(", ");
 
