@@ -109,25 +109,18 @@ def hosts(folder):
 
 
 @pytest.fixture
-def shown(tabs, folder, hosts):
+def shown(new_page, folder, hosts):
     """Open a page with an element of these attributes."""
-    opened, wrong = [], []
-    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
     def shown(attributes, host="alone"):
-        settings = {"reduced_motion": "reduce", "viewport": {"width": 640, "height": 480}}
-        tab = tabs.open(TOLD, on=listeners, **settings)
-        opened.append(tab)
+        tab = new_page(TOLD, viewport={"width": 640, "height": 480})
         attributes = attributes if "samples" in attributes else f'{attributes} samples="1"'
         (folder / "index.html").write_text(PAGE.format(attributes=attributes, width=WIDTH, height=HEIGHT))
         tab.goto(hosts[host])
         tab.wait_for_function("() => told.some(({ type }) => type === 'load')")
         return tab
 
-    yield shown
-    for tab in opened:
-        tabs.release(tab)
-    assert wrong == []
+    return shown
 
 
 def settled(page):
@@ -368,23 +361,17 @@ def test_edges_are_those_of_python(shown, host, folder, name):
 
 
 @pytest.fixture
-def tab(tabs, viewer, folder):
+def tab(new_page, viewer, folder):
     """Open the viewer's page with a scene of the folder."""
-    opened, wrong = [], []
-    listeners = {"pageerror": lambda error: wrong.append(str(error))}
 
     def tab(name):
         viewer.files[f"files/{name}"] = (folder / name).read_bytes()
-        page = tabs.open(on=listeners, reduced_motion="reduce", viewport={"width": 1280, "height": 800})
-        opened.append(page)
+        page = new_page(viewport={"width": 1280, "height": 800})
         page.goto(f"{viewer.url}?size={WIDTH}x{HEIGHT}&samples=1&scene=files/{name}")
         page.evaluate("() => bobrossnet.started")
         return page
 
-    yield tab
-    for page in opened:
-        tabs.release(page)
-    assert wrong == []
+    return tab
 
 
 def page_shows(tab, scene, **held):
