@@ -9,9 +9,10 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.measuring.crossings import APART
 from bobrossnet.measuring.picking import Pick, first_surface
 from bobrossnet.measuring.surfaces import Surface, recognised
-from bobrossnet.measuring.volumes import APART, Amount, of_brep, of_shape, of_triangles, placed_brep
+from bobrossnet.measuring.volumes import Amount, of_brep, of_shape, of_triangles, placed_brep
 from bobrossnet.shapes.affine import Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.measuring.volumes import APART, MAX_CROSSINGS
+from bobrossnet.measuring.crossings import crossings
 from bobrossnet.tracing.parts import Extent, Part, only
 from bobrossnet.tracing.scene import Scene
 
@@ -96,19 +96,13 @@ def _crossings(
     scene: Scene, rays: NDArray[np.float64], axis: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
     """Return where rays along an axis cross surfaces: ray, coordinate, and 1 where they enter, -1 where they leave."""
-    step = APART * scene.radius
-    origins, direction = rays.copy(), np.eye(3)[axis]
+    origins = rays.copy()
     origins[:, axis] = scene.extent.low[axis] - scene.radius
-    alive = np.arange(len(rays))
-    found = []
-    for number in range(MAX_CROSSINGS):
-        hits = scene.closest_hits(origins[alive], np.broadcast_to(direction, (len(alive), 3)))
-        alive, distance = alive[hits.instance >= 0], hits.distance[hits.instance >= 0]
-        if not len(alive):
-            break
-        place = origins[alive, axis] + distance
-        found.append((alive, place, np.full(len(alive), 1 - 2 * (number % 2))))
-        origins[alive, axis] = place + step
+    directions = np.broadcast_to(np.eye(3)[axis], rays.shape)
+    found = [
+        (which, points[:, axis], np.full(len(which), 1 - 2 * (number % 2)))
+        for number, (which, points) in enumerate(crossings(scene, origins, directions))
+    ]
     if not found:
         return np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)
     ray, place, steps = (np.concatenate(values) for values in zip(*found, strict=True))

@@ -7,20 +7,15 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.measuring.crossings import APART, crossings
 from bobrossnet.shapes.affine import Matrix, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.scene import Scene
 
-APART = 2e-5
-"""Step off a surface before the next ray, in radii of the shape: above the float32 of hits."""
-
 RAYS = 3
 """Number of rays for each side of a face: the majority decides which side is inside."""
-
-MAX_CROSSINGS = 500
-"""Surfaces on a ray."""
 
 OPEN = 1e-5
 """Residual of a closed surface's identities above which it counts as open, in its area: a hole of this share of it, and
@@ -140,14 +135,8 @@ def _outward(brep: Brep) -> NDArray[np.float64]:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     origins = (by[:, None, 0, 0] + APART * scene.radius * sides * normals[:, None]).reshape(-1, 3)
     odd = np.zeros(len(origins), bool)
-    alive = np.arange(len(origins))
-    for _ in range(MAX_CROSSINGS):
-        hits = scene.closest_hits(origins[alive], directions[alive])
-        alive, distance = alive[hits.instance >= 0], hits.distance[hits.instance >= 0]
-        if not len(alive):
-            break
-        odd[alive] ^= True
-        origins[alive] += (distance + APART * scene.radius)[:, None] * directions[alive]
+    for which, _ in crossings(scene, origins, directions):
+        odd[which] ^= True
     votes = np.where(odd.reshape(-1, 2 * RAYS), -1, 1) * sides[:, 0]
     return np.where(votes.sum(axis=1) >= 0, 1.0, -1.0)
 
