@@ -1,7 +1,7 @@
 """Views with colour, depth and poses: pictures a second, compared with Blender's Cycles and with pyrender.
 
-Rivals run in a Python that has them, this one or those that BOBROSSNET_BENCH_BPY and BOBROSSNET_BENCH_PYRENDER name:
-the wheel of Blender needs a certain version of Python.
+Rivals run in this Python, or in the Pythons that BOBROSSNET_BENCH_BPY and BOBROSSNET_BENCH_PYRENDER name: Blender's wheel
+needs a certain version.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ namespace {
 using Tensor = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 using Tensors = nb::typed<nb::dict, nb::str, Tensor>;
 
-/// A network, in a class of its own, since Python's objects are not const.
+/// A network in a class for Python, whose objects are not const.
 struct Network {
     std::unique_ptr<const bob::Network> core;
 };
@@ -109,7 +109,7 @@ void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const 
     });
 }
 
-/// `predict` writes `output`, (channels, H, W), from a G-buffer and what a network made of it, (1, H, W).
+/// `predict` writes `output`, (channels, H, W), from a G-buffer and its completion by a network, (1, H, W).
 template <class Predict>
 void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
                     int channels, Predict predict) {

@@ -1,4 +1,4 @@
-/// Light: discs, skies, and what they do in a scene.
+/// Light: discs, skies, and their use in a scene.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>

@@ -55,7 +55,7 @@ EXPORT(rest_light) bool rest_light(PageLight* light) {
     });
 }
 
-/// Number of pixels for a picture with so many milliseconds left after its first hits; at rest, for paths alone.
+/// Number of pixels for a picture with these milliseconds left after its first hits; at rest, for paths alone.
 EXPORT(light_pixels) double light_pixels(const PageLight* light, double milliseconds) {
     const std::size_t total = static_cast<std::size_t>(light->moving.height()) * static_cast<std::size_t>(light->moving.width());
     const double completing = light->moving.is_at_rest() ? light->pace.for_completing() : 0;
@@ -108,5 +108,5 @@ EXPORT(complete_light) bool complete_light(const PageLight* light, bool is_smoot
         return true;
     });
 }
-/// Writes 1 where a pixel has paths of this camera, or needs none, (height, width).
+/// Writes 1 where a pixel has, or needs no, paths of this camera, (height, width).
 EXPORT(light_mask) void light_mask(const PageLight* light, float* mask) { light->moving.write_mask(mask); }

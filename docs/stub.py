@@ -1,4 +1,4 @@
-"""Writes the stub of the C++ core from its bindings, in which the docstrings stand.
+"""Writes the stub of the C++ core from its bindings and their docstrings.
 
 python docs/stub.py
 """

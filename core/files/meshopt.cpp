@@ -54,7 +54,7 @@ void read_group(Stream& stream, int bits, std::uint8_t* to) {
 
 /// Adds deltas to the elements before them, four bytes of each at a time.
 ///
-/// channel: of these bytes, in the codec's version 1. deltas: those of each byte, (4, max_block). last: the element before.
+/// channel: of these bytes, in the codec's version 1. deltas: (4, max_block), byte by byte. last: the element before.
 void add_deltas(std::uint8_t channel, const std::uint8_t* deltas, std::size_t count, std::uint8_t* last, std::uint8_t* to, std::size_t stride) {
     const auto pair = [&](std::size_t k, std::size_t i) { return deltas[k * max_block + i] | deltas[(k + 1) * max_block + i] << 8; };
     for (std::size_t i = 0; i < count; ++i) {

@@ -47,8 +47,8 @@ private:
 ///  "images": [{"name", "label"}], "warnings": [...]}
 [[nodiscard]] std::string description(const Contents& contents);
 
-/// The numbers of what that describes: 13 for each surface, those of Material in their order and the alpha cutoff; then 16 for each
-/// placement, the rows of its matrix. They are not in the JSON, since to write them exactly takes 100 kB of tables.
+/// The numbers that the description lacks: 13 for each surface, in the order of Material, with the alpha cutoff last; then 16 for each
+/// placement, the rows of its matrix. Writing them exactly as text would take 100 kB of tables.
 [[nodiscard]] Numbers<double> numbers(const Contents& contents);
 
 /// A part's array by its number: vertices, normals, colors, face_colors, alphas, and from 5 on uv sets. Empty if the part lacks it.

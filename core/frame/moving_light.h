@@ -39,7 +39,7 @@ public:
         Pixel pixel;
         std::uint32_t drawn;
     };
-    /// The pixels to trace next, at most `count`; at rest, only those that wait.
+    /// The pixels to trace next, at most `count`; at rest, only waiting ones.
     [[nodiscard]] std::vector<Wanted> next(std::size_t count);
 
     /// Of a camera's paths.
@@ -53,8 +53,8 @@ public:
     /// Number of pixels without paths from this camera.
     [[nodiscard]] std::size_t left() const { return left_; }
 
-    /// Writes the picture, completed along first hits: color (3, height, width), linear RGB times coverage, and alpha (height, width),
-    /// the coverage by surfaces and shadows. `is_smooth`: pixels at edges are means over their first hits.
+    /// Writes the picture, completed along first hits. color: (3, height, width), linear RGB times coverage. alpha: (height, width), the
+    /// coverage by surfaces and shadows. is_smooth: pixels at edges are means over their first hits.
     void complete(bool is_smooth, float* color, float* alpha) const;
 
     /// 1 where a pixel has paths of this camera, or shows nothing that needs any, (height, width).

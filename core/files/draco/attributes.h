@@ -14,7 +14,7 @@ enum Coding : std::uint8_t { plain_numbers, integers, quantized, unit_vectors };
 
 /// One attribute, as it is described and as it is decoded.
 struct Attribute {
-    int kind, type;  // what it means, and the type of its numbers, by Draco's numbers
+    int kind, type;  // its meaning and the type of its numbers, by Draco's numbers
     std::size_t width;
     std::uint32_t id;
     int coding = 0;
