@@ -1,7 +1,7 @@
 """Views with colour, depth and poses: pictures a second, compared with Blender's Cycles and with pyrender.
 
-Rivals run in this Python, or in the Pythons that BOBROSSNET_BENCH_BPY and BOBROSSNET_BENCH_PYRENDER name: Blender's wheel
-needs a certain version.
+Rivals run in this Python, or in the Pythons that BOBROSSNET_BENCH_BPY and BOBROSSNET_BENCH_PYRENDER name: Blender's
+wheel needs a certain version.
 """
 
 from __future__ import annotations
