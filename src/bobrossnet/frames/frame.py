@@ -58,6 +58,8 @@ class Frame:
     """Whether the image was completed along guides instead of by the network."""
     guided_color: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
     """The colour completed along guides."""
+    guided_alpha: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
+    """The same for alpha."""
 
     @property
     def color(self) -> NDArray[np.float32]:
@@ -73,13 +75,13 @@ class Frame:
         if (self.shown.gray[missed] > 0).any():
             return np.ones_like(self.image)
         if self.is_guided:
-            return guided_alpha(self.shown)
+            return guided_alpha(self.shown) if self.guided_alpha is None else self.guided_alpha.copy()
         return complete(self.shown, self.network, channel="alpha")
 
     def picture(self, background: Background = None) -> Picture:
         """Return the frame in sRGB, on a background as in `render`."""
         if self.is_guided and self.shown.guides is not None and self.shown.guides.edges is not None:
-            return picture_of(*smoothed(self.shown, self.color), background)
+            return picture_of(*smoothed(self.shown, self.color, self.guided_alpha), background)
         return picture_of(self.color, self.alpha, background)
 
     def save(self, path: str | os.PathLike[str], background: Background = None) -> None:

@@ -15,7 +15,7 @@ from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
 from bobrossnet.frames.frame import Frame, PartialPicture
-from bobrossnet.frames.lit_motion import MovingLight
+from bobrossnet.frames.lit_motion import LitFrames
 from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
 from bobrossnet.measuring.picking import Pick, pick
 from bobrossnet.picture.camera import Camera, CameraLike, as_camera, check_camera
@@ -111,7 +111,7 @@ class View:
         self._planner = Planner(self.size, model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
-        self._lit = self._moving_light(light, ground)
+        self._lit = self._lit_frames(light, ground)
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
@@ -144,7 +144,8 @@ class View:
         -------
         Frame
             `gbuffer` and `fraction` include only pixels traced with this camera; `image` also shows reprojected
-            samples. `error` is predicted from the former.
+            samples. `error` is predicted from the former. Under lights, a pixel's paths of earlier cameras stay in its
+            mean until the camera rests.
 
         Raises
         ------
@@ -202,8 +203,8 @@ class View:
             "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
         )
 
-    def _moving_light(self, light: LightLike, ground: bool | None) -> MovingLight | None:
-        """Return the light of the scene, or None for the headlight."""
+    def _lit_frames(self, light: LightLike, ground: bool | None) -> LitFrames | None:
+        """Return the frames of a scene with lights, or None for the headlight."""
         if self._scene is None:
             if light is not None or ground is not None:
                 raise InputError("light: expected none with a tracer, which has its own")
@@ -213,7 +214,7 @@ class View:
         if chosen is None or chosen == HEADLIGHT:
             return None
         network = next(iter(self._planner.networks.values()))
-        return MovingLight(self._scene, self.size, chosen, stands, self._seed, network)
+        return LitFrames(self._scene, self.size, chosen, stands, self._seed, network)
 
     def _restart(self) -> None:
         if self._lit is not None:
