@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -36,9 +35,9 @@ std::shared_ptr<bob::Environment> environment(const Array<const float, -1, -1, 3
 }
 
 void init_lights(bob::Lights* self, const std::vector<bob::DiscLight>& discs, const std::array<float, 3>& top, const std::array<float, 3>& bottom,
-                 std::shared_ptr<bob::Environment> environment, float turn, std::optional<float> ground, float radius, int bounces) {
+                 std::shared_ptr<bob::Environment> environment, float turn, bool has_ground, double radius, int bounces) {
     new (self) bob::Lights{discs, {vector_of(top), vector_of(bottom), std::move(environment), std::cos(turn), std::sin(turn)},
-                           ground.value_or(-std::numeric_limits<float>::infinity()), radius, bounces};
+                           has_ground, radius, bounces};
 }
 
 void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Array<const std::uint32_t, -1>& first,
@@ -114,7 +113,7 @@ void bind_light(nb::module_& m) {
     nb::class_<bob::Environment>(m, "Environment");
     m.def("environment", &environment, "texels"_a.noconvert(), "Of (H, W, 3), equirectangular. ValueError if it is too large.");
     nb::class_<bob::Lights>(m, "Lights")
-        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "radius"_a, "bounces"_a);
+        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "has_ground"_a, "radius"_a, "bounces"_a);
     nb::class_<bob::Lighting>(m, "Lighting")
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
@@ -126,11 +125,11 @@ void bind_light(nb::module_& m) {
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
           "color"_a.noconvert(), "alpha"_a.noconvert(),
           "Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10).");
-    m.def("studio_lights", [] {
-        std::vector<std::tuple<double, double, double, std::array<double, 3>, double>> all;
-        for (const bob::StudioLight& light : bob::studio_lights) all.emplace_back(light.azimuth, light.elevation, light.angle, light.color, light.intensity);
+    m.def("studio_lights", [](double azimuth) {
+        std::vector<std::tuple<std::array<double, 3>, double, std::array<double, 3>, double>> all;
+        for (const bob::StudioLight& light : bob::studio_lights) all.emplace_back(light.direction(azimuth), light.angle, light.color, light.intensity);
         return all;
-    }, "Azimuth from the camera's, elevation, angle, colour and intensity of each disc.");
+    }, "azimuth"_a, "Direction, angle, colour and intensity of each disc, for a camera of this azimuth; angles in degrees.");
     m.def("studio_sky", [] { return std::tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity); });
     m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;

@@ -39,9 +39,6 @@ MAX_PATHS = 4096
 HITS = 10
 """Numbers of a first hit: mask, depth, normal and albedo, mask and depth of the ground, and `Guides.behind`."""
 
-MAX_RADIUS = 1e38
-"""Of scenes, as float32 holds it: glass in larger ones is as clear as in these."""
-
 EDGE_RAYS: int = _core.EDGE_RAYS
 """Rays of first hits at edges, down and across a pixel."""
 
@@ -143,15 +140,14 @@ def lights_in_core(
     sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
     top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
     environment = None if sky.image is None else _core.environment(sky.image)
-    level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
     return _core.Lights(
         [light.core() for light in lights if isinstance(light, Light)],
         top,
         bottom,
         environment,
         math.radians(sky.turn),
-        level,
-        min(scene.radius, MAX_RADIUS),
+        ground,
+        scene.radius,
         check_integer("bounces", bounces, 1, MAX_BOUNCES),
     )
 
