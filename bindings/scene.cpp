@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "base/color.h"
+#include "base/counts.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
 #include "bindings.h"
@@ -253,6 +254,8 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("center", &center, nb::rv_policy::move)
         .def_prop_ro("radius", [](const bob::Arrangement& arrangement) { return arrangement.sphere().radius; });
 
+    m.attr("MAX_INSTANCES") = bob::max_instances;
+    m.attr("MAX_SECTIONS") = bob::max_sections;
     nb::class_<bob::Scene>(m, "Scene",
         "Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement.")
         .def("closest_hits", &closest_hits, "origins"_a.noconvert(), "directions"_a.noconvert(), "t"_a.noconvert(),

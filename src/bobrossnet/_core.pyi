@@ -131,8 +131,6 @@ class FramePlanner:
 
 MAX_ITEMS: int = 100000000
 
-MAX_INSTANCES: int = 100000
-
 class Reading:
     def __init__(self, format: str, data: bytes) -> None: ...
     def go_on(self) -> str: ...
@@ -262,6 +260,10 @@ class Arrangement:
     def center(self) -> F64: ...
     @property
     def radius(self) -> float: ...
+
+MAX_INSTANCES: int = 100000
+
+MAX_SECTIONS: int = 6
 
 class Scene:
     def closest_hits(
