@@ -558,6 +558,13 @@ def test_a_camera_at_rest_shows_the_picture_of_render():
     np.testing.assert_allclose(pictures[0].astype(int), expected.rgba, rtol=0, atol=1)
 
 
+def test_frames_of_glass_are_transparent_beside_it():
+    glass = bob.Instance(sphere_mesh(), material=bob.Glass())
+    frame = bob.View(glass, size=SIZE, light="studio").frame(fraction=0.3)
+    assert frame.alpha.min() == frame.picture().alpha.min() == 0
+    assert frame.alpha.max() == 1
+
+
 def test_a_frame_traces_as_many_pixels_as_its_time_allows():
     pace = _core.LightPace()
     assert pace.pixels(1000, 5.0) == 5  # at least .5 %

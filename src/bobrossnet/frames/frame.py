@@ -71,12 +71,14 @@ class Frame:
     @property
     def alpha(self) -> NDArray[np.float32]:
         """(H, W): completed coverage of each pixel; 1 everywhere if the background is lit. Computed on each access."""
-        missed = (self.shown.mask > 0) & (self.shown.depth == 0)
-        if (self.shown.gray[missed] > 0).any():
-            return np.ones_like(self.image)
+        shown = self.shown
+        if "shadow" not in shown.layout.places:  # the core's light shows no background
+            missed = (shown.mask > 0) & (shown.depth == 0)
+            if (shown.gray[missed] > 0).any():
+                return np.ones_like(self.image)
         if self.is_guided:
-            return guided_alpha(self.shown) if self.guided_alpha is None else self.guided_alpha.copy()
-        return complete(self.shown, self.network, channel="alpha")
+            return guided_alpha(shown) if self.guided_alpha is None else self.guided_alpha.copy()
+        return complete(shown, self.network, channel="alpha")
 
     def picture(self, background: Background = None) -> Picture:
         """Return the frame in sRGB, on a background as in `render`."""
