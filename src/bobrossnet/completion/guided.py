@@ -55,14 +55,13 @@ def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
 
 
 def smoothed(
-    gbuffer: GBuffer, color: NDArray[np.float32], alpha: NDArray[np.float32] | None = None
+    gbuffer: GBuffer, color: NDArray[np.float32], alpha: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return colour and alpha averaged over pixels, from those completed at pixels' centres, (H, W, 3) and (H, W).
 
-    Pixels at edges are means over their first hits. Alpha is completed if omitted."""
+    Pixels at edges are means over their first hits."""
     assert gbuffer.guides is not None
     guides = gbuffer.guides
-    alpha = guided_alpha(gbuffer) if alpha is None else alpha
     if guides.edges is None:
         return color, alpha
     planes, alpha = np.array(np.moveaxis(color, -1, 0), order="C"), np.array(alpha)

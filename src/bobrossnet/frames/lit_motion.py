@@ -56,7 +56,7 @@ class LitFrames:
         image = completed_gray(shown, color)
         end = time.perf_counter()
         self._pace.completed(end - completing)
-        return Frame(image, own, own.fraction, end - start, self._network, shown, True, color, alpha)
+        return Frame(image, own, own.fraction, end - start, self._network, shown, color, alpha)
 
     def _turned_to(self, camera: Camera | None) -> _core.MovingLight:
         """Return the light as a camera sees it; the camera rests if it is the last frame's, or None."""

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
-from bobrossnet.frames.frame import Frame, PartialPicture
+from bobrossnet.frames.frame import Frame
 from bobrossnet.frames.lit_motion import LitFrames
+from bobrossnet.frames.partial_picture import PartialPicture
 from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
 from bobrossnet.measuring.picking import Pick, pick
 from bobrossnet.picture.camera import Camera, CameraLike, as_camera, check_camera
@@ -118,7 +119,7 @@ class View:
         self._camera = as_camera(None, self._scene)
         self._seen = self._seen_by(self._camera)
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
-        self._picture = self._unknown("adaptive")
+        self._picture = self._new_picture("adaptive")
         if self._lit is None:
             self._picture.trace_ahead()
             self._picture.warm_up()
@@ -220,20 +221,20 @@ class View:
         if self._lit is not None:
             self._lit.forget()
         self._history = None
-        self._picture = self._unknown("adaptive")
+        self._picture = self._new_picture("adaptive")
 
     def _move(self, camera: Camera, count: int | None, budget: float) -> None:
-        self._picture.take_what_came()
+        self._picture.take_returned()
         seen, planner = self._seen_by(camera), self._planner.core
         parallax = _core.parallax(self._seen.in_core, seen.in_core, *self.size) if self._picture.traced else inf
         mode = planner.plan(budget, parallax) if count is None else planner.plan_pixels(count, parallax)
         self._layout = self._picture.layout
         self._moves += 1
-        expecting = self._expecting(seen) if mode == "reproject" else None
+        reprojected = self._reprojected(seen) if mode == "reproject" else None
         self._seen = seen
-        self._picture = expecting or self._unknown("adaptive" if mode == "reproject" else mode)
+        self._picture = reprojected or self._new_picture("adaptive" if mode == "reproject" else mode)
 
-    def _expecting(self, seen: _Seen) -> PartialPicture | None:
+    def _reprojected(self, seen: _Seen) -> PartialPicture | None:
         """Return a picture of reprojected samples, or None if there are too few."""
         start = time.perf_counter()
         layout, planes = self._picture.layout, self._picture.planes
@@ -255,7 +256,7 @@ class View:
         self._planner.core.reprojected(expected[0].size, time.perf_counter() - start)
         return PartialPicture(self._calls, self.size, layout, sequence, self._planner, "reproject", expected=expected)
 
-    def _unknown(self, mode: str) -> PartialPicture:
+    def _new_picture(self, mode: str) -> PartialPicture:
         """Return a picture without reprojected samples."""
         self._calls.turn_to(self._seen.tracer)
         sequence = PixelSequence(self.size, ORDER_OF[mode], self._seed)
