@@ -173,11 +173,17 @@ def lit_tracer(
 ) -> LitTracer | None:
     """Return the tracer of the requested light, or of the scene's light; None for the headlight."""
     scene = as_scene(scene)
-    chosen = check_light(scene.light if light is None else light)
-    stands = shows_shadows(scene, chosen, ground)
-    if chosen is None or chosen == HEADLIGHT:
+    lights = lights_and_ground(scene, light, ground)
+    if lights is None:
         return None
-    return LitTracer(scene, camera, size, chosen, ground=stands, paths=paths, seed=seed)
+    return LitTracer(scene, camera, size, lights[0], ground=lights[1], paths=paths, seed=seed)
+
+
+def lights_and_ground(scene: Scene, light: LightLike, ground: bool | None) -> tuple[LightLike, bool] | None:
+    """Return the requested light, otherwise the scene's, and whether there is a ground; None for the headlight."""
+    chosen = check_light(scene.light if light is None else light)
+    has_ground = shows_shadows(scene, chosen, ground)
+    return None if chosen is None or chosen == HEADLIGHT else (chosen, has_ground)
 
 
 def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:

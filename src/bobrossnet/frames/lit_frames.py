@@ -38,6 +38,8 @@ class LitFrames:
         """Discard all samples, and the lights' places."""
         self._moving = self._camera = None
 
+    close = forget  # no call outlives its frame
+
     def frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
         """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds."""
         moving = self._turned_to(camera)
