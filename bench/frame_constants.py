@@ -20,7 +20,7 @@ from report import replaced, table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.frames import calls, frame, motion
+from bobrossnet.frames import calls, motion, partial_picture, traced_frames
 from bobrossnet.frames.planner import Planner
 
 SIZE = (240, 320)
@@ -91,10 +91,8 @@ def simulated(clock: Clock, view_of: Any, ray: float) -> Iterator[None]:
 
     timer = SimpleNamespace(perf_counter=clock.perf_counter)
     with replaced(
-        (frame, "complete", timed_complete),
-        (frame, "time", timer),
-        (motion, "time", timer),
-        (calls, "time", timer),
+        (partial_picture, "complete", timed_complete),
+        *((module, "time", timer) for module in (calls, motion, partial_picture, traced_frames)),
         (_core, "History", TimedHistory),
         (bob.SceneTracer, "__call__", timed_trace),
     ):
@@ -119,8 +117,7 @@ def orbit(scene: bob.Scene, truth: list[Any], ms: float, ray: float, constants: 
     held: dict[str, Any] = {}
 
     def state() -> Any:
-        view = held.get("view")
-        picture = getattr(view, "_picture", None)
+        picture = getattr(held.get("frames"), "picture", None)
         return SimpleNamespace(networks=held["networks"], mode=picture.mode if picture else "adaptive")
 
     class Tried(Planner):
@@ -131,14 +128,16 @@ def orbit(scene: bob.Scene, truth: list[Any], ms: float, ray: float, constants: 
 
     error, flicker, late, modes, before = [], [], [], [], None
     with replaced((motion, "Planner", Tried)), simulated(clock, state, ray):
-        held["view"] = view = bob.View(scene, size=SIZE)
+        view = bob.View(scene, size=SIZE)
+        held["frames"] = frames = view._frames
+        assert isinstance(frames, traced_frames.TracedFrames)
         for k, exact in enumerate(truth):
             start = clock.now
             image = view.frame(bob.Camera(azimuth=30 + STEP * k), ms=ms).image
             if k >= SETTLED and before is not None:
                 error.append(1 - bob.ssim(image, exact))
                 late.append(clock.now - start > 1.1 * ms / 1000)
-                modes.append(view._picture.mode)
+                modes.append(frames.picture.mode)
                 flicker.append(255 * np.abs(image - before - (exact - truth[k - 1])).mean())
             before = image
     changes = sum(a != b for a, b in itertools.pairwise(modes))

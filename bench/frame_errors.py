@@ -15,6 +15,7 @@ from report import heading, table
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.frames.motion import View
+from bobrossnet.frames.traced_frames import TracedFrames
 
 HEADER = Path(__file__).parents[1] / "core/frame/errors.h"
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
@@ -45,7 +46,8 @@ class Reprojecting(_core.FramePlanner):
 def error_reprojected(scene: bob.Scene, first: bob.Camera, step: float, share: float) -> float:
     """Return 1 - SSIM of an orbit's last pictures; each reprojects earlier samples and traces a share of its pixels."""
     view = View(scene, size=SIZE, model="filling")
-    view._planner.core = Reprojecting(SIZE[0] * SIZE[1], ["default"])
+    assert isinstance(view._frames, TracedFrames)
+    view._frames.planner.core = Reprojecting(SIZE[0] * SIZE[1], ["default"])
     found = []
     for k in range(FRAMES):
         camera = bob.Camera(azimuth=first.azimuth + step * k, elevation=first.elevation)

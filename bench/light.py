@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.color import luminance
-from bobrossnet.completion.guided import complete_guided, smoothed
+from bobrossnet.completion.guided import complete_guided, guided_alpha, smoothed
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import Size
 from bobrossnet.pictures.background import picture_of
@@ -64,7 +64,7 @@ def ours(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int
     """Trace a share of the pixels, and complete them along first hits."""
     share = SHARES[paths]
     part = traced_light(seen(scene, camera, light, round(paths / share), seed), share, "default", seed, None)
-    return luminance(smoothed(part, complete_guided(part, "color"))[0])
+    return luminance(smoothed(part, complete_guided(part, "color"), guided_alpha(part))[0])
 
 
 def whole(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> GBuffer:
@@ -135,7 +135,7 @@ def moving(names: list[str], size: Size = (480, 640), turn: float = 2, count: in
         lights = studio(ways[0])
         tracer = LitTracer(scene, ways[-1], size, lights, ground=True, paths=256, seed=99)
         part = traced_light(tracer, 1.0, "lattice", 99, None)
-        truth = before_gray(picture_of(*smoothed(part, complete_guided(part, "color"))))
+        truth = before_gray(picture_of(*smoothed(part, complete_guided(part, "color"), guided_alpha(part))))
         first = [timed(first_picture, scene, camera, size)[0] for _ in range(5)]
         view = bob.View(scene, size=size, light=lights, ground=True)
         times, frames = zip(*[timed(shown_frame, view, way) for way in ways], strict=True)

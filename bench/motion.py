@@ -20,8 +20,8 @@ from upscaling import edge_directed
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.frames import calls, frame, motion
-from bobrossnet.frames.motion import RESHADED
+from bobrossnet.frames import calls, motion, partial_picture, traced_frames
+from bobrossnet.frames.traced_frames import RESHADED
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 
 SIZE = (480, 640)
@@ -195,7 +195,7 @@ def main() -> None:
     elif "times" in parts:
         bob.set_thread_count(1)
         timer = SimpleNamespace(perf_counter=time.process_time)
-        with replaced(*((module, "time", timer) for module in (calls, frame, motion))):
+        with replaced(*((module, "time", timer) for module in (calls, motion, partial_picture, traced_frames))):
             beside_smaller_pictures(shown | {"gear": bob.load(GEAR)}, time.process_time)
     if "costs" in parts:
         print_costs(shown)

@@ -109,6 +109,17 @@ void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const 
     });
 }
 
+void complete_alpha(const bob::Layout& known, const ConstPlanes& planes, const ConstPlane& coverage, const ConstPlanes& ground,
+                    const Array<float, -1, -1>& alpha) {
+    expect(planes.shape(0) == static_cast<std::size_t>(known.width()) && ground.shape(0) >= 2, "planes: expected the layout's, and 2 of the ground");
+    const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
+    expect(has_size(planes, 1) && has_size(coverage, 0) && has_size(ground, 1), "planes: expected alpha's size");
+    interruptible([&] {
+        bob::complete_alpha(known, planes.data(), coverage.data(), ground.data(), static_cast<int>(alpha.shape(0)), static_cast<int>(alpha.shape(1)),
+                            alpha.data());
+    });
+}
+
 /// `predict` writes `output`, (channels, H, W), from a G-buffer and its completion by a network, (1, H, W).
 template <class Predict>
 void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
@@ -158,6 +169,8 @@ void bind_completion(nb::module_& m) {
           "completed"_a, "covered_only"_a, "output"_a.noconvert(),
           "Completes gray or color, named by `completed`, along the mask, depth, normal and albedo of all pixels; `covered_only` leaves "
           "pixels without coverage at 0.");
+    m.def("complete_alpha", &complete_alpha, "known"_a, "planes"_a.noconvert(), "coverage"_a.noconvert(), "ground"_a.noconvert(), "alpha"_a.noconvert(),
+          "Completes the alpha of a picture of light: coverage, plus the shadow on the ground, whose mask and depth come first in `ground`.");
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert(),
           "Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges.");
 }

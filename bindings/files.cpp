@@ -68,7 +68,6 @@ std::optional<Array<double, -1, -1>> field(Reading& reading, std::size_t part, s
 
 void bind_files(nb::module_& m) {
     m.attr("MAX_ITEMS") = bob::files::max_items;
-    m.attr("MAX_INSTANCES") = bob::files::max_instances;
     nb::class_<Reading>(m, "Reading",
         "Reads a mesh file, whose name ends in `format`, in as many steps as it takes to fetch other files that it names. ValueError, of "
         "one line, if it can't be read.")

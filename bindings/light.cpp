@@ -5,10 +5,10 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -35,9 +35,9 @@ std::shared_ptr<bob::Environment> environment(const Array<const float, -1, -1, 3
 }
 
 void init_lights(bob::Lights* self, const std::vector<bob::DiscLight>& discs, const std::array<float, 3>& top, const std::array<float, 3>& bottom,
-                 std::shared_ptr<bob::Environment> environment, float turn, std::optional<float> ground, float radius, int bounces) {
+                 std::shared_ptr<bob::Environment> environment, float turn, bool has_ground, double radius, int bounces) {
     new (self) bob::Lights{discs, {vector_of(top), vector_of(bottom), std::move(environment), std::cos(turn), std::sin(turn)},
-                           ground.value_or(-std::numeric_limits<float>::infinity()), radius, bounces};
+                           has_ground, radius, bounces};
 }
 
 void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Array<const std::uint32_t, -1>& first,
@@ -83,46 +83,23 @@ void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlan
     });
 }
 
-bob::SeenSurfaces seen_surfaces(const bob::LightHistory& history, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
-    const auto has_size = [&](const ConstPlanes& planes, std::size_t count) {
-        return planes.shape(0) == count && planes.shape(1) == static_cast<std::size_t>(history.height()) &&
-               planes.shape(2) == static_cast<std::size_t>(history.width());
-    };
-    expect(has_size(guides, 7) && (!ground || has_size(*ground, 7)), "guides: expected 7 planes of the picture's size");
-    return {guides.data(), ground ? ground->data() : nullptr};
+/// The first hits of a picture, (10, H, W); its pixels at edges, (n, 2), and their first hits, (n, k, 10).
+std::tuple<Array<float, -1, -1, -1>, Array<std::int32_t, -1, 2>, Array<float, -1, -1, -1>> first_hits_of(const bob::MovingLight& light) {
+    auto planes = make_array<float, -1, -1, -1>(bob::first_hit::count, light.height(), light.width());
+    auto pixels = make_array<std::int32_t, -1, 2>(light.edges().size(), 2);
+    auto hits = make_array<float, -1, -1, -1>(light.edges().size(), light.hits_of_edge(), bob::first_hit::count);
+    std::ranges::copy(light.first_hits(), planes.data());
+    std::memcpy(pixels.data(), light.edges().data(), light.edges().size_bytes());
+    std::ranges::copy(light.hits_at_edges(), hits.data());
+    return {std::move(planes), std::move(pixels), std::move(hits)};
 }
 
-/// Traces paths through pixels, adds them to the history, and returns the samples, (n, 11) in the order of its planes.
-auto trace_into(bob::LightHistory& history, const bob::Lighting& lighting, const bob::Camera& camera, const Pixels& pixels,
-                const Array<const std::uint32_t, -1>& first, std::uint32_t count, std::uint64_t seed, bool at_rest, const ConstPlanes& guides,
-                const std::optional<ConstPlanes>& ground) {
-    check_pixels(pixels, history.height(), history.width());
-    expect(first.shape(0) == pixels.shape(0) && count >= 1, "first: expected one for each pixel, and paths");
-    const bob::SeenSurfaces surfaces = seen_surfaces(history, guides, ground);
-    const std::size_t n = pixels.shape(0);
-    const bob::Layout& layout = bob::LightHistory::layout();
-    auto samples = make_array<float, -1, -1>(n, layout.width());
-    interruptible([&] {
-        std::vector<float> changes(n);
-        lighting.trace(camera, history.height(), history.width(), items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed}, layout, samples.data(),
-                       changes.data());
-        std::vector<bob::LightHistory::Traced> traced(n);
-        for (std::size_t i = 0; i < n; ++i) {
-            traced[i] = bob::LightHistory::Traced::of(samples.data() + i * bob::LightHistory::plane_count, changes[i], count);
-        }
-        history.add(items<bob::Pixel>(pixels), traced, at_rest, surfaces);
-    });
-    return samples;
-}
+void expect_camera(const bob::MovingLight& light) { expect(light.height() > 0, "move: expected before all else"); }
 
-auto next_pixels(const bob::LightHistory& history, std::size_t count, std::uint32_t seed, bool at_rest, const ConstPlanes& guides,
-                 const std::optional<ConstPlanes>& ground) {
-    const bob::SeenSurfaces surfaces = seen_surfaces(history, guides, ground);
-    std::vector<bob::Pixel> found;
-    without_gil([&] { found = history.next(count, seed, at_rest, surfaces); });
-    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
-    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
-    return pixels;
+void expect_size(const bob::MovingLight& light, const Planes& planes, std::size_t count) {
+    expect_camera(light);
+    expect(planes.shape(0) == count && planes.shape(1) == static_cast<std::size_t>(light.height()) &&
+               planes.shape(2) == static_cast<std::size_t>(light.width()), "planes: expected the layout's, of the picture's size");
 }
 
 }  // namespace
@@ -136,7 +113,7 @@ void bind_light(nb::module_& m) {
     nb::class_<bob::Environment>(m, "Environment");
     m.def("environment", &environment, "texels"_a.noconvert(), "Of (H, W, 3), equirectangular. ValueError if it is too large.");
     nb::class_<bob::Lights>(m, "Lights")
-        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "radius"_a, "bounces"_a);
+        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "has_ground"_a, "radius"_a, "bounces"_a);
     nb::class_<bob::Lighting>(m, "Lighting")
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
@@ -148,43 +125,50 @@ void bind_light(nb::module_& m) {
     m.def("smooth_edges", &smooth_edges, "pixels"_a.noconvert(), "hits"_a.noconvert(), "guides"_a.noconvert(), "ground"_a.noconvert().none(),
           "color"_a.noconvert(), "alpha"_a.noconvert(),
           "Replaces color (3, H, W) and alpha (H, W) at edges by means over their hits, (n, k, 10).");
-    m.def("studio_lights", [] {
-        std::vector<std::tuple<double, double, double, std::array<double, 3>, double>> all;
-        for (const bob::StudioLight& light : bob::studio_lights) all.emplace_back(light.azimuth, light.elevation, light.angle, light.color, light.intensity);
+    m.def("studio_lights", [](double azimuth) {
+        std::vector<std::tuple<std::array<double, 3>, double, std::array<double, 3>, double>> all;
+        for (const bob::StudioLight& light : bob::studio_lights) all.emplace_back(light.direction(azimuth), light.angle, light.color, light.intensity);
         return all;
-    }, "Azimuth from the camera's, elevation, angle, colour and intensity of each disc.");
+    }, "azimuth"_a, "Direction, angle, colour and intensity of each disc, for a camera of this azimuth; angles in degrees.");
     m.def("studio_sky", [] { return std::tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity); });
     m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
-    m.attr("MOVING_EDGE_RAYS") = bob::MovingLight::moving_edge_rays;
     nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")
         .def(nb::init<>())
         .def("pixels", &bob::LightPace::pixels, "total"_a, "left"_a,
              "For a picture of so many pixels, and the time left after its first hits.")
         .def("traced", &bob::LightPace::traced, "pixels"_a, "time"_a)
         .def("completed", &bob::LightPace::completed, "time"_a);
-    nb::class_<bob::LightHistory>(m, "LightHistory",
-        "Paths on surfaces, at most one mean for each pixel. `guides` and `ground` are (7, H, W).")
-        .def("__init__", [](bob::LightHistory* self, int height, int width) {
-            expect(height >= 1 && width >= 1, "size: expected at least 1");
-            new (self) bob::LightHistory(height, width);
-        }, "height"_a, "width"_a)
+    nb::class_<bob::MovingLight>(m, "MovingLight", "The light of a scene under a moving camera, as core/frame/moving_light.h describes it.")
+        .def(nb::init<const bob::Scene&, bob::Lights, std::uint64_t>(), "scene"_a, "lights"_a, "seed"_a, nb::keep_alive<1, 2>())
         .def_prop_ro_static("layout", [](nb::handle) { return bob::LightHistory::layout(); })
-        .def("__len__", &bob::LightHistory::size)
-        .def("move", [](bob::LightHistory& self, const bob::Camera& camera, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground) {
-            const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
-            without_gil([&] { self.move(camera, self.height(), self.width(), surfaces); });
-        }, "camera"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "Reprojects all samples for another camera.")
-        .def("trace", &trace_into, "lighting"_a, "camera"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "at_rest"_a,
-             "guides"_a.noconvert(), "ground"_a.noconvert().none(),
-             "Adds `count` paths to each pixel, and returns their means, (n, C) of the layout.")
-        .def("next", &next_pixels, "count"_a, "seed"_a, "at_rest"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(),
-             "The pixels that need paths most, (n, 2).")
-        .def("write", [](const bob::LightHistory& self, const ConstPlanes& guides, const std::optional<ConstPlanes>& ground, const Planes& planes) {
-            const bob::SeenSurfaces surfaces = seen_surfaces(self, guides, ground);
-            expect(planes.shape(0) == bob::LightHistory::plane_count && planes.shape(1) == guides.shape(1) && planes.shape(2) == guides.shape(2),
-                   "planes: expected the layout's, of the picture's size");
-            without_gil([&] { self.write(surfaces, planes.data()); });
-        }, "guides"_a.noconvert(), "ground"_a.noconvert().none(), "planes"_a.noconvert(),
-             "Writes all samples to planes (C, H, W) of zeros.");
+        .def("move", [](bob::MovingLight& self, const bob::Camera& camera, int height, int width) {
+            expect(height >= 1 && width >= 1, "size: expected at least 1");
+            interruptible([&] { self.move(camera, height, width); });
+        }, "camera"_a, "height"_a, "width"_a, "Turns to a camera, whose first hits are found.")
+        .def("rest", [](bob::MovingLight& self) {
+            expect_camera(self);
+            interruptible([&] { self.rest(); });
+        }, "The camera rests: each pixel waits for paths from this camera.")
+        .def_prop_ro("is_at_rest", &bob::MovingLight::is_at_rest)
+        .def("first_hits", &first_hits_of, "At pixels' centres, (10, H, W); the pixels at edges, (n, 2), and their first hits, (n, k, 10).")
+        .def("trace_next", [](bob::MovingLight& self, std::size_t count) {
+            expect_camera(self);
+            std::size_t traced = 0;
+            interruptible([&] { traced = self.trace_next(count); });
+            return traced;
+        }, "count"_a, "Chooses and traces at most `count` pixels; returns their number.")
+        .def("write", [](const bob::MovingLight& self, const Planes& planes) {
+            expect_size(self, planes, bob::LightHistory::plane_count);
+            without_gil([&] { self.write(planes.data()); });
+        }, "planes"_a.noconvert(), "Writes all samples to planes (C, H, W) of zeros, in the layout.")
+        .def("write_mask", [](const bob::MovingLight& self, const Planes& mask) {
+            expect_size(self, mask, 1);
+            self.write_mask(mask.data());
+        }, "mask"_a.noconvert(), "Writes 1 where a pixel has, or needs no, paths of this camera, (1, H, W).")
+        .def("complete", [](const bob::MovingLight& self, bool is_smooth, const Planes& picture) {
+            expect_size(self, picture, 4);
+            const std::size_t pixels = picture.shape(1) * picture.shape(2);
+            interruptible([&] { self.complete(is_smooth, picture.data(), picture.data() + 3 * pixels); });
+        }, "is_smooth"_a, "picture"_a.noconvert(), "Writes (4, H, W): linear RGB times coverage, and coverage by surfaces and shadows.");
 }

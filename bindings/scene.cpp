@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "base/color.h"
+#include "base/counts.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
 #include "bindings.h"
@@ -27,6 +28,7 @@
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/picture_tracing.h"
+#include "tracing/selection.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;
@@ -154,6 +156,15 @@ bob::Scene sectioned(const bob::Scene& scene, const Array<const double, -1, 4>& 
     return std::move(*made);
 }
 
+Array<float, 2, 3> box_by_rays(const bob::Scene& scene, const Array<const float, 2, 3>& around) {
+    auto found = make_array<float, 2, 3>(2, 3);
+    bob::Box box;
+    std::memcpy(&box, around.data(), sizeof box);
+    interruptible([&] { box = bob::box_by_rays(scene, box); });
+    std::memcpy(found.data(), &box, sizeof box);
+    return found;
+}
+
 std::vector<std::uint32_t> open_instances(const bob::Scene& scene) {
     std::vector<std::uint32_t> open;
     for (const std::uint32_t instance : scene.open_instances()) open.push_back(scene[instance].number);
@@ -243,6 +254,8 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("center", &center, nb::rv_policy::move)
         .def_prop_ro("radius", [](const bob::Arrangement& arrangement) { return arrangement.sphere().radius; });
 
+    m.attr("MAX_INSTANCES") = bob::max_instances;
+    m.attr("MAX_SECTIONS") = bob::max_sections;
     nb::class_<bob::Scene>(m, "Scene",
         "Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement.")
         .def("closest_hits", &closest_hits, "origins"_a.noconvert(), "directions"_a.noconvert(), "t"_a.noconvert(),
@@ -252,6 +265,8 @@ void bind_scene(nb::module_& m) {
         .def("sectioned", &sectioned, "planes"_a.noconvert(),
              "The same scene, cut by planes (n, 4): normals of length 1, and offsets, in the unit sphere.")
         .def_prop_ro("open_instances", &open_instances, "The instances that a section shows without caps, in the caller's order.")
+        .def("box_by_rays", &box_by_rays, "around"_a.noconvert(), nb::rv_policy::move,
+             "The box (2, 3) of all surfaces by rays from the six sides of a box around them; both in the unit sphere.")
         .def("trace_means", &trace_means, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "side"_a, nb::rv_policy::move,
              "The means over side x side rays in each pixel, (n, 5): whether they need more, linear RGB, coverage.")
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move,

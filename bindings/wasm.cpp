@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/counts.h"
 #include "frame/planner.h"
 #include "reprojection/history.h"
 #include "sampling/adaptive.h"
@@ -153,6 +154,14 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 }
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
+
+/// Fails if a scene or file has too many instances, called `name`.
+EXPORT(check_instances) bool check_instances(const char* name, std::size_t size, double count) {
+    return attempt([&] {
+        bob::check_instances({name, size}, static_cast<std::size_t>(count));
+        return true;
+    });
+}
 
 /// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
 /// diffuse, specular, shininess, metallic, roughness, emissive linear RGB. Writes the centre and radius of the bounding

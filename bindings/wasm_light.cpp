@@ -1,8 +1,6 @@
 /// Light in the WebAssembly modules: the studio around a scene, and its pictures.
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,12 +17,9 @@ struct PageLight {
 };
 
 /// The studio of a camera's azimuth in degrees, with a ground below the scene.
-bob::Lights studio_of(const bob::Scene& scene, double azimuth, double radius) {
+bob::Lights studio_of(double azimuth, double radius) {
     bob::Lights lights = bob::studio(azimuth);
-    float lowest = std::numeric_limits<float>::infinity();
-    for (std::uint32_t i = 0; i < scene.size(); ++i) lowest = std::min(lowest, scene[i].low.z);
-    constexpr double most = 1e38;  // glass in larger scenes is as clear as in these
-    lights.ground = lowest, lights.radius = static_cast<float>(std::min(radius, most));
+    lights.has_ground = true, lights.radius = radius;
     return lights;
 }
 
@@ -36,7 +31,7 @@ static_assert(sizeof(Wanted) == 3 * sizeof(std::int32_t) && sizeof(Traced) == 7 
 
 /// The scene lives longer. azimuth: of the camera that the studio is set up for, in degrees; radius: of the scene, in its units.
 EXPORT(make_light) PageLight* make_light(const bob::Scene* scene, double azimuth, double radius) {
-    return attempt([&] { return new PageLight{{*scene, studio_of(*scene, azimuth, radius), 0}, {}}; });
+    return attempt([&] { return new PageLight{{*scene, studio_of(azimuth, radius), 0}, {}}; });
 }
 EXPORT(free_light) void free_light(PageLight* light) { delete light; }
 

@@ -542,6 +542,29 @@ def test_views_under_the_headlight_are_as_they_were():
         bob.View(tracer=lambda camera, pixels: None, light="studio")
 
 
+def test_a_camera_at_rest_shows_the_picture_of_render():
+    """Once each pixel has this camera's paths, earlier cameras do not matter."""
+    scene = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))])
+    light = bob.Light((1, 1, 2), angle=9)
+    expected = bob.render(scene, turned(3), size=SIZE, light=light, ground=True)
+    pictures = []
+    for first in (0, 90):
+        view = bob.View(scene, size=SIZE, light=light, ground=True)
+        view.frame(turned(first), fraction=0.3)
+        view.frame(turned(3), fraction=0.3)
+        pictures.append(view.frame(turned(3), fraction=1.0).picture().rgba)
+        assert not np.array_equal(pictures[-1], view.frame(fraction=0.5).picture().rgba)  # less noise
+    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_allclose(pictures[0].astype(int), expected.rgba, rtol=0, atol=1)
+
+
+def test_frames_of_glass_are_transparent_beside_it():
+    glass = bob.Instance(sphere_mesh(), material=bob.Glass())
+    frame = bob.View(glass, size=SIZE, light="studio").frame(fraction=0.3)
+    assert frame.alpha.min() == frame.picture().alpha.min() == 0
+    assert frame.alpha.max() == 1
+
+
 def test_a_frame_traces_as_many_pixels_as_its_time_allows():
     pace = _core.LightPace()
     assert pace.pixels(1000, 5.0) == 5  # at least .5 %

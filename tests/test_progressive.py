@@ -129,9 +129,9 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     clock = Clock()
-    for module in ("progressive", "frame", "calls"):
+    for module in ("progressive", "partial_picture", "calls"):
         monkeypatch.setattr(import_module(f"bobrossnet.frames.{module}"), "time", clock)
-    monkeypatch.setattr(import_module("bobrossnet.frames.frame"), "complete", clock.complete)
+    monkeypatch.setattr(import_module("bobrossnet.frames.partial_picture"), "complete", clock.complete)
     return clock
 
 
@@ -166,7 +166,7 @@ def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
         clock.now += 5e-3
         return 1.0
 
-    monkeypatch.setattr(import_module("bobrossnet.frames.frame"), "mean_error", mean_error)
+    monkeypatch.setattr(import_module("bobrossnet.frames.partial_picture"), "mean_error", mean_error)
     *frames, last = bob.progressive(tracer=clock.tracer(0, 20e-6), size=SIZE, frame_ms=20, until=0.01)
     assert all(0.7 * 20 < 1000 * frame.seconds < 1.02 * 20 for frame in frames)
     assert last.fraction == 1

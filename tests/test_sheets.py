@@ -44,6 +44,8 @@ def test_extents():
     assert np.array_equal(high, (4, 2, 1))
     for shape, expected in ((sphere(1), (2, 2, 2)), (box((1, 2, 3)), (1, 2, 3)), (cylinder(0.5) & box(2), (1, 1, 2))):
         assert np.allclose(bob.Scene(shape).extent.size, expected, rtol=1e-4)
+        for cut in (bob.Scene(shape, section="x=0.1"), bob.Scene(shape).sectioned("x=0.1")):
+            assert np.array_equal(cut.extent, bob.Scene(shape).extent)
 
 
 def test_dimensions_are_written(words):

@@ -14,6 +14,7 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import make_network
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.sdf import Mesh, box, sphere
@@ -277,6 +278,25 @@ def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline,
         strict=True,
     ):
         np.testing.assert_array_equal(found, expected)
+
+
+def test_frames_of_light_are_those_of_python(core, baseline, monkeypatch):
+    """In motion, at rest, and in motion again: the same pixels have the same paths, unless rounding parts them."""
+    made, size, share = recorded(monkeypatch), (60, 80), 0.1
+    scene = bob.Scene(SCENES["several"]())
+    first, second, third = (bob.Camera(azimuth=azimuth) for azimuth in (30, 32, 34))
+    view = bob.View(scene, size=size, light="studio", ground=True)
+    light = core.light(core.scene(made, scene._arrangement), 30, scene.radius)
+    for camera in (first, second, None, None, third):
+        frame = view.frame(camera, fraction=share)
+        mask, picture = core.lit_frame(light, camera, size, share * frame.image.size)
+        guides = frame.gbuffer.guides
+        shown = (guides.hit > 0) | (guides.ground.hit > 0)
+        assert ((mask * shown > 0) != (frame.gbuffer.mask > 0)).mean() < 0.001
+        color, alpha = smoothed(frame.shown, frame.color, frame.alpha)
+        expected = np.concatenate([np.moveaxis(color, -1, 0), alpha[None]])
+        assert np.abs(picture - expected).mean() < 1e-5
+    core.call("free_light", light)
 
 
 def test_frames_are_planned_as_in_python(core):

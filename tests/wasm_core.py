@@ -169,6 +169,33 @@ class WasmCore:
         self.call("free_refresh_order", order)
         return planes, off_center, int(surfaces[0]), np.frombuffer(pixels, np.int32).reshape(-1, 2)
 
+    def light(self, scene, azimuth, radius):
+        """Return the studio around a scene, with a ground."""
+        return self.made("make_light", scene, float(azimuth), float(radius))
+
+    def lit_frame(self, light, camera, size, count):
+        """Turn to a camera, or rest if it is None, and trace `count` pixels.
+
+        Returns the mask of pixels with paths of this camera or without need of any, and the picture, (4, H, W), of
+        colour and coverage.
+        """
+        if camera is None:
+            self.made("rest_light", light)
+        else:
+            self._shown = placed(camera)
+            self.made("move_light", light, self._shown, *size)
+        found = np.zeros(1, np.uint32)
+        address = self.made("next_light", light, float(count), found)
+        wanted = np.frombuffer(self._memory.read(self._store, address, address + 12 * int(found[0])), np.int32)
+        traced = np.zeros((len(wanted) // 3, 7), np.float32)
+        paths, seed = self.call("light_paths"), self.call("light_seed", light)
+        self.made("trace_light", light, self._shown, *size, wanted, len(traced), paths, seed, traced)
+        self.made("add_light", light, wanted, len(traced), traced)
+        mask, picture = np.zeros(size, np.float32), np.zeros((4, *size), np.float32)
+        self.call("light_mask", light, mask)
+        self.made("complete_light", light, 1, picture)
+        return mask, picture
+
     def expression(self, expression):
         arrays = expression.ops, expression.operands, expression.values, len(expression)
         meshes = self.meshes(expression)

@@ -383,4 +383,24 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
     });
 }
 
+void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha) {
+    static const Layout guides_layout{channels::mask, channels::depth, channels::normal, channels::albedo};
+    static const Layout shadows_layout{channels::mask, channels::gray, channels::variance};
+    const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    if (std::any_of(ground, ground + size, [](float share) { return share > 0; })) {
+        std::vector<float> shadows(3 * size);  // in gray's place
+        std::size_t k = 0;
+        for (const Channel& channel : {channels::mask, channels::shadow, channels::variance}) {
+            std::copy_n(planes + static_cast<std::size_t>(known.place_of(channel)) * size, size, shadows.data() + k++ * size);
+        }
+        std::vector<float> guides(7 * size);  // the ground is flat, and white
+        std::copy_n(ground, 2 * size, guides.data());
+        for (std::size_t c = 4; c < 7; ++c) std::copy_n(ground, size, guides.data() + c * size);
+        complete_guided(shadows_layout, shadows.data(), guides_layout, guides.data(), channels::gray, height, width, true, alpha);
+    } else {
+        std::fill_n(alpha, size, 0.f);
+    }
+    for (std::size_t i = 0; i < size; ++i) alpha[i] = std::min(coverage[i] + alpha[i], 1.f);
+}
+
 }  // namespace bob

@@ -27,4 +27,10 @@ namespace bob {
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
                      int height, int width, bool covered_only, float* output);
 
+/// Completes the alpha of a picture of light, (height, width): coverage by surfaces, plus the shadow on the ground, at most 1.
+///
+/// planes: of a G-buffer with shadow and variance; coverage: (height, width); ground: (2, height, width) with the ground's share of each
+/// pixel and its depth.
+void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha);
+
 }  // namespace bob

@@ -260,7 +260,7 @@ void Scene::check_meshes() const {
             count += list.size();
         });
     }
-    check_count("primitives", count);
+    check_instances("primitives", count);
 }
 
 /// Refuses nodes that do not form a tree: they could be reached in 2^n ways.
@@ -287,7 +287,7 @@ void Scene::check_nodes() {
             places_.push_back(place_of(nodes_[i]));
         });
     }
-    check_count("primitives", primitives);
+    check_instances("primitives", primitives);
     const std::vector<JsonValue>& scenes = data_.list("scenes");
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -304,7 +304,7 @@ void Scene::check_nodes() {
         roots_ = order;
     }
     if (!is_tree) refuse({"expected nodes that form a tree, got one with two parents or inside itself"});
-    check_count("nodes", roots_.size());
+    check_instances("nodes", roots_.size());
     // Parents come before their children.
     for (std::size_t at = 0; at < order.size(); ++at) {
         for (const JsonValue child : nodes_[order[at]]["children"].items()) {
@@ -343,7 +343,7 @@ void Scene::find_drawn() {
             }
             if (is_new) note(primitive["extensions"]);
             placed += places;
-            check_count("primitives", placed);
+            check_instances("primitives", placed);
             const std::size_t vertices = data_.accessor(primitive["attributes"]["POSITION"]).count;
             const std::size_t corners = primitive["indices"] ? data_.accessor(primitive["indices"]).count : vertices;
             count(vertices);
@@ -436,7 +436,7 @@ std::size_t Scene::instance_count(JsonValue node) const {
     for (const std::string_view name : {"TRANSLATION", "ROTATION", "SCALE"}) {
         if (attributes[name]) result = std::min(result.value_or(max_items), data_.accessor(attributes[name]).count);
     }
-    check_count("primitives", result.value_or(1));
+    check_instances("primitives", result.value_or(1));
     return result.value_or(1);
 }
 

@@ -92,12 +92,6 @@ void normalize(Numbers<double>& values, int component) {
     }
 }
 
-void check_count(std::string_view name, std::size_t count) {
-    if (count > max_instances) {
-        refuse({name, ": expected at most ", grouped(max_instances), ", got ", grouped(count)});
-    }
-}
-
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
     constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     constexpr auto values = [digits] {
@@ -171,7 +165,7 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
         refuse({"asset: expected version 2.0, got ", (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief())});
     }
     // Before anything is made for each of them.
-    check_count("nodes", root["nodes"].size());
+    check_instances("nodes", root["nodes"].size());
     for (const std::string_view name : checked_lists) {
         const JsonValue list = root[name];
         std::vector<JsonValue> items = list.items();

@@ -40,11 +40,6 @@ auto at_item(std::string_view list, std::size_t number, F f) -> decltype(f()) {
 /// Triangles and vertices in all parts of a file: this many take a few GB, and half as many fit into a page.
 constexpr std::uint64_t max_items = sizeof(void*) > 4 ? 100'000'000 : 50'000'000;
 
-/// Nodes, primitives and placements of a file.
-constexpr std::size_t max_instances = 100'000;
-
-void check_count(std::string_view name, std::size_t count);
-
 /// Bytes in base64; nothing if the text is something else.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);
 

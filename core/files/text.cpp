@@ -62,12 +62,6 @@ std::string quoted(std::string_view text) {
     return result;
 }
 
-std::string grouped(std::uint64_t number) {
-    std::string digits = std::to_string(number);
-    for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
-    return digits;
-}
-
 std::string joined(std::initializer_list<std::string_view> texts) {
     std::string result;
     for (const std::string_view text : texts) result += text;

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/counts.h"
 #include "base/interruption.h"
 #include "files/part.h"
 
@@ -27,9 +28,6 @@ namespace bob::files {
 
 /// At most 40 bytes of a text in quotes, for messages.
 [[nodiscard]] std::string quoted(std::string_view text);
-
-/// A whole number with commas between its thousands, for messages.
-[[nodiscard]] std::string grouped(std::uint64_t number);
 
 /// Texts as one. Small: messages are put together in many places.
 [[nodiscard]] std::string joined(std::initializer_list<std::string_view> texts);

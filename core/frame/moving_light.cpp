@@ -10,8 +10,7 @@ namespace bob {
 void MovingLight::look_at_edges(int rays) {
     if (rays_ == rays) return;
     rays_ = rays;
-    const auto side = static_cast<std::size_t>(rays);
-    hits_.resize(edges_.size() * side * side * first_hit::count);
+    hits_.resize(edges_.size() * hits_of_edge() * first_hit::count);
     lighting_.first_hits_within(camera_, height_, width_, edges_, rays, hits_.data());
 }
 
@@ -45,7 +44,6 @@ void MovingLight::rest() {
 
 std::vector<MovingLight::Wanted> MovingLight::next(std::size_t count) {
     const auto seed = static_cast<std::uint32_t>(seed_ + frames_++);
-    if (is_at_rest_) count = std::min(count, left_);
     std::vector<Wanted> wanted;
     for (const Pixel pixel : history_->next(count, seed, is_at_rest_, surfaces())) {
         const std::size_t i = static_cast<std::size_t>(pixel.row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(pixel.column);
@@ -67,6 +65,14 @@ void MovingLight::trace(const Lighting& lighting, const Camera& camera, int heig
     }
 }
 
+std::size_t MovingLight::trace_next(std::size_t count) {
+    const std::vector<Wanted> wanted = next(count);
+    std::vector<LightHistory::Traced> traced(wanted.size());
+    trace(lighting_, camera_, height_, width_, wanted, paths, seed(), traced.data());
+    add(wanted, traced);
+    return wanted.size();
+}
+
 void MovingLight::add(std::span<const Wanted> wanted, std::span<const LightHistory::Traced> traced) {
     std::vector<Pixel> added;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -79,30 +85,17 @@ void MovingLight::add(std::span<const Wanted> wanted, std::span<const LightHisto
     history_->add(added, traced, is_at_rest_, surfaces());
 }
 
+void MovingLight::write(float* planes) const { history_->write(surfaces(), planes); }
+
 void MovingLight::complete(bool is_smooth, float* color, float* alpha) const {
     static const Layout guides{channels::mask, channels::depth, channels::normal, channels::albedo};
-    static const Layout shadows{channels::mask, channels::gray, channels::variance};
-    using P = LightHistory;
-    const std::size_t size = pixels();
-    std::vector<float> planes(P::plane_count * size);
-    history_->write(surfaces(), planes.data());
-    complete_guided(P::layout(), planes.data(), guides, planes_.data(), channels::color, height_, width_, true, color);
-    const float* const ground = planes_.data() + first_hit::ground * size;
-    if (std::any_of(ground, ground + size, [](float share) { return share > 0; })) {
-        // Shadows are in gray's place, and the ground is white.
-        std::copy_n(planes.data() + P::shadow * size, size, planes.data() + size);
-        std::copy_n(planes.data() + P::variance * size, size, planes.data() + 2 * size);
-        std::vector<float> flat(7 * size);
-        std::copy_n(ground, 2 * size, flat.data());
-        for (std::size_t c = 4; c < 7; ++c) std::copy_n(ground, size, flat.data() + c * size);
-        complete_guided(shadows, planes.data(), guides, flat.data(), channels::gray, height_, width_, true, alpha);
-    } else {
-        std::fill_n(alpha, size, 0.f);
-    }
-    for (std::size_t i = 0; i < size; ++i) alpha[i] = std::min(alpha[i] + planes_[i], 1.f);
-    if (!is_smooth) return;
-    const auto side = static_cast<std::size_t>(rays_);
-    smooth_edges(edges_, hits_.data(), side * side, planes_.data(), ground, height_, width_, color, alpha);
+    const Layout& layout = LightHistory::layout();
+    const float* const ground = surfaces().ground;
+    std::vector<float> planes(LightHistory::plane_count * pixels());
+    write(planes.data());
+    complete_guided(layout, planes.data(), guides, planes_.data(), channels::color, height_, width_, true, color);
+    complete_alpha(layout, planes.data(), planes_.data(), ground, height_, width_, alpha);
+    if (is_smooth) smooth_edges(edges_, hits_.data(), hits_of_edge(), planes_.data(), ground, height_, width_, color, alpha);
 }
 
 void MovingLight::write_mask(float* mask) const {

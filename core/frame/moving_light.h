@@ -39,7 +39,7 @@ public:
         Pixel pixel;
         std::uint32_t drawn;
     };
-    /// The pixels to trace next, at most `count`; at rest, only waiting ones.
+    /// The pixels to trace next, at most `count`. At rest, waiting ones come first, then noisy ones.
     [[nodiscard]] std::vector<Wanted> next(std::size_t count);
 
     /// Of a camera's paths.
@@ -50,8 +50,14 @@ public:
                       std::uint64_t seed, LightHistory::Traced* traced);
     void add(std::span<const Wanted> wanted, std::span<const LightHistory::Traced> traced);
 
+    /// The three above for at most `count` pixels; returns their number.
+    std::size_t trace_next(std::size_t count);
+
     /// Number of pixels without paths from this camera.
     [[nodiscard]] std::size_t left() const { return left_; }
+
+    /// Writes all samples, new and reprojected, to planes of LightHistory's layout, which must be 0.
+    void write(float* planes) const;
 
     /// Writes the picture, completed along first hits. color: (3, height, width), linear RGB times coverage. alpha: (height, width), the
     /// coverage by surfaces and shadows. is_smooth: pixels at edges are means over their first hits.
@@ -62,6 +68,12 @@ public:
 
     [[nodiscard]] bool is_at_rest() const { return is_at_rest_; }
     [[nodiscard]] const Lighting& lighting() const { return lighting_; }
+
+    /// First hits: at pixels' centres, (first_hit::count, height, width); of pixels at edges, (edges, hits_of_edge, first_hit::count).
+    [[nodiscard]] std::span<const float> first_hits() const { return planes_; }
+    [[nodiscard]] std::span<const Pixel> edges() const { return edges_; }
+    [[nodiscard]] std::span<const float> hits_at_edges() const { return hits_; }
+    [[nodiscard]] std::size_t hits_of_edge() const { return static_cast<std::size_t>(rays_) * static_cast<std::size_t>(rays_); }
     [[nodiscard]] int height() const { return height_; }
     [[nodiscard]] int width() const { return width_; }
 
@@ -82,7 +94,7 @@ private:
     std::vector<float> planes_;  // (first_hit::count, height, width)
     std::vector<Pixel> edges_;
     int rays_ = 0;                     // of first hits at edges, down and across
-    std::vector<float> hits_;          // (edges, rays * rays, first_hit::count)
+    std::vector<float> hits_;          // (edges, hits_of_edge, first_hit::count)
     std::vector<std::uint32_t> drawn_; // paths of each pixel from this camera
     std::size_t left_ = 0;
 };

@@ -41,6 +41,9 @@ bool shows_things(const Material& material) {
     return material.is_physical() && squared_roughness(material) <= smooth && (material.transmission >= 0.5 || material.metallic >= 0.5);
 }
 
+/// Glass in larger scenes is as clear as in scenes of this radius, in their units.
+constexpr double most_radius = 1e38;
+
 /// More than what rounding moves a point of the unit sphere by, from the numbers of its ray on.
 constexpr float rounding = 0x1p-21f;
 
@@ -124,18 +127,18 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
         Met& m = met[number[j]];
         m.kind = Met::surface, m.instance = hits[j].instance, m.material = &scene_[m.instance].material;
     }
-    if (lights_.has_ground()) {
+    if (has_ground()) {
         std::size_t j = 0;
         for (std::uint32_t i = 0; i < rays.size(); ++i) {
             while (j < number.size() && number[j] < i) ++j;
             const bool is_inner = j < number.size() && number[j] == i;
             const auto& [origin, direction] = rays[i];
-            if (!(direction.z < 0) || !(origin.z > lights_.ground)) continue;
-            const float t = (lights_.ground - origin.z) / direction.z;
+            if (!(direction.z < 0) || !(origin.z > ground_)) continue;
+            const float t = (ground_ - origin.z) / direction.z;
             if (is_inner && !(t < entered[j] + hits[j].t)) continue;
             Vec3 point = origin + t * direction;
             if (!std::isfinite(point.x) || !std::isfinite(point.y)) continue;  // of the horizon
-            point.z = lights_.ground;
+            point.z = ground_;
             met[i] = {Met::ground, no_instance, rounding, point, {0, 0, 1}, {0, 0, 1}, ground_material().base_color(), &ground_material()};
             if (is_inner) hits[j].instance = no_instance;
         }
@@ -188,14 +191,16 @@ Media Lighting::media_around(const Projection& projection) const {
 
 bool Lighting::sees(const Projection& projection, float row, float column, Ray& ray) const {
     const bool is_inner = projection.ray(row, column, ray);
-    if (!lights_.has_ground()) return is_inner;
+    if (!has_ground()) return is_inner;
     const Ray line = projection.line(row, column);
-    if (is_inner && (ray.origin.z > lights_.ground || !(line.origin.z > lights_.ground))) return true;
+    if (is_inner && (ray.origin.z > ground_ || !(line.origin.z > ground_))) return true;
     ray = line;  // which meets the ground before it could enter the scene, or passes the scene by
     return true;
 }
 
-Lighting::Lighting(const Scene& scene, Lights lights) : scene_(scene), lights_(std::move(lights)) {
+Lighting::Lighting(const Scene& scene, Lights lights)
+    : scene_(scene), lights_(std::move(lights)), ground_(lights_.has_ground ? scene.lowest() : std::numeric_limits<float>::infinity()),
+      radius_(static_cast<float>(std::min(lights_.radius, most_radius))) {
     for (std::uint32_t k = 0; k < scene.size(); ++k) {
         const Instance& instance = scene[k];
         const double least = singular_values(instance.to_shape)[2];
@@ -297,7 +302,7 @@ private:
             Path& path = paths_[i];
             if (!path.media.is_empty() && met[i].kind != Met::sky) {
                 const Material& glass = lighting_.scene_[path.media.last()].material;
-                path.throughput = product(path.throughput, attenuation(glass, length(met[i].point - rays_[i].origin), lights_.radius));
+                path.throughput = product(path.throughput, attenuation(glass, length(met[i].point - rays_[i].origin), lighting_.radius_));
             }
             Arrived& to = arrived[path.slot];
             if (surface == 0) {

@@ -1,6 +1,7 @@
 /// Light in a scene: paths from the camera to the lights, some for each pixel.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -62,6 +63,8 @@ private:
     void look_behind(const Projection& projection, std::span<const Place> places, std::span<const std::size_t> number, std::span<const Ray> first,
                      std::span<const float> widths, Memory& memory, float* hits) const;
 
+    [[nodiscard]] bool has_ground() const { return std::isfinite(ground_); }
+
     /// The index of refraction there, and the solids of glass around a camera.
     [[nodiscard]] float index(const Media& media) const;
     [[nodiscard]] Media media_around(const Projection& projection) const;
@@ -70,7 +73,9 @@ private:
     Lights lights_;
     bool has_glass_ = false, shows_things_ = false;
     std::vector<float> errors_;  // of each instance: how far above its surfaces rays start
+    float ground_;               // its height; infinite without one
     float ground_light_;         // luminance of a white, rough, empty ground
+    float radius_;               // of the unit sphere, in the scene's units
 };
 
 }  // namespace bob

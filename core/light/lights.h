@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -48,10 +47,9 @@ struct Sky {
 struct Lights {
     std::vector<DiscLight> discs;
     Sky sky;
-    /// Height of a plane that catches shadows, in the scene's coordinates; no plane if it is not finite.
-    float ground = -std::numeric_limits<float>::infinity();
-    float radius = 1;  // of the unit sphere, in the scene's units
-    int bounces = 2;  // surfaces that a path of light meets, mirrors not counted
+    bool has_ground = false;  // a plane through the scene's lowest point catches shadows
+    double radius = 1;        // of the unit sphere, in the scene's units
+    int bounces = 2;          // surfaces that a path of light meets, mirrors not counted
 
     /// Light from a direction where nothing is, without points.
     [[nodiscard]] Vec3 radiance(Vec3 toward) const {
@@ -61,8 +59,6 @@ struct Lights {
         }
         return light;
     }
-
-    [[nodiscard]] bool has_ground() const { return std::isfinite(ground); }
 };
 
 }  // namespace bob

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/counts.h"
 #include "base/vec.h"
 
 namespace bob {
@@ -43,7 +44,7 @@ inline constexpr Channel albedo{"albedo", 3, 0, 1};
 inline constexpr Channel alpha{"alpha", 1, 0, 1};
 
 /// The instance that was hit, as its index in the canonical order.
-inline constexpr Channel instance{"instance", 1, 0, 100000};
+inline constexpr Channel instance{"instance", 1, 0, static_cast<float>(max_instances)};
 
 /// Shadow of a scene on the ground. It is the missing share of light, times the share of the pixel that shows the
 /// ground.

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "base/counts.h"
 #include "check.h"
 #include "interrupted.h"
 #include "meshes.h"
@@ -190,6 +191,7 @@ TEST(scenes_are_in_the_order_of_digests_and_know_the_numbers) {
 TEST(what_can_t_be_placed_is_refused) {
     const Arrays point{{{1, 2, 3}}, {{0, 0, 0}}}, huge = soup(3, 1e308, 0), tiny = soup(3, 1e-310, 0);
     CHECK(message_of([] { bob::Arrangement none({}); }) == "shapes: expected at least one shape, got none");
+    CHECK(message_of([] { bob::Arrangement many(std::vector<bob::Placed>(bob::max_instances + 1)); }) == "shapes: expected at most 100,000, got 100,001");
     CHECK(message_of([&] { alone(mesh_of(point)); }) ==
           "shapes: expected an extent above zero, got all vertices in one point");
     bob::AffineMap larger;

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/counts.h"
 #include "base/interruption.h"
 #include "base/parallel.h"
 #include "tracing/place_key.h"
@@ -63,6 +64,7 @@ void for_places(std::size_t count, F f) {
 
 Arrangement::Arrangement(std::vector<Placed> shapes) : shapes_(std::move(shapes)) {
     if (shapes_.empty()) throw std::invalid_argument("shapes: expected at least one shape, got none");
+    check_instances("shapes", shapes_.size());
     std::unordered_map<PlaceKey, std::size_t, PlaceKey::Hash> known;
     std::map<const Shape*, std::size_t> counts;  // of places
     for (const auto& [shape, transform, material] : shapes_) {

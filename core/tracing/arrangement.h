@@ -19,8 +19,8 @@ struct Placed {
 
 class Arrangement {
 public:
-    /// Measures each shape once per place. Throws std::invalid_argument if there are no shapes, if all lie in one
-    /// point, or if they exceed the range of numbers.
+    /// Measures each shape once per place. Throws std::invalid_argument if there are no shapes or too many, if all
+    /// lie in one point, or if they exceed the range of numbers.
     explicit Arrangement(std::vector<Placed> shapes);
 
     /// About the centre of the common bounding box, to the farthest point.

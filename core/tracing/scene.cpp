@@ -219,6 +219,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         Instance& instance = instances_[k];
         has_colored_shapes_ = has_colored_shapes_ || instance.shape->is_colored();
+        lowest_ = std::min(lowest_, instance.low.z);
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
         // Of equal shapes in the same place, only the first is ever visible.

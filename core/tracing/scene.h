@@ -67,6 +67,9 @@ public:
     /// Whether any surface is not white; then pictures have colours.
     [[nodiscard]] bool is_colored() const;
 
+    /// The height of the lowest box of an instance; infinite in an empty scene.
+    [[nodiscard]] float lowest() const { return lowest_; }
+
     [[nodiscard]] std::size_t size() const { return instances_.size(); }
     [[nodiscard]] const Instance& operator[](std::uint32_t instance) const { return instances_[instance]; }
 
@@ -85,6 +88,7 @@ private:
     std::vector<Instance> instances_;
     BoxBvh tree_;  // of the instances large enough to be visible
     bool has_colored_shapes_ = false;
+    float lowest_ = std::numeric_limits<float>::infinity();
     std::vector<SectionPlane> planes_;
     std::vector<std::uint32_t> ranks_;    // of sections: by the size of the instances' boxes, smallest first
     std::vector<std::uint8_t> is_solid_;

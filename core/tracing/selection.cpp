@@ -90,21 +90,23 @@ std::shared_ptr<const Mesh> cut(const Mesh& mesh, std::span<const CornerNormals>
 /// From a shape's own units to the coordinates of the scene.
 AffineMap to_scene(const Instance& instance) { return inverse(instance.to_shape) * to_unit_sphere(instance.shape->sphere()); }
 
-/// Rays along each side of a box, as bobrossnet.tracing.scene.LOOKED.
+/// Rays along each side of a box: a ball's comes out 1e-5 too small.
 constexpr std::size_t looked = 256;
 
-/// The box of an instance, in the coordinates of the scene, by rays from six sides.
-Box box_by_rays(const Instance& instance) {
-    const Scene scene({instance});
-    const Vec3 low = instance.low, size = instance.high - instance.low;
-    Box found{instance.low, instance.high};
+enum class Look : std::uint8_t { own, hidden, highlighted };
+
+}  // namespace
+
+Box box_by_rays(const Scene& scene, const Box& around) {
+    const Vec3 low = around.low, size = around.high - around.low;
+    Box found = around;
     std::vector<float> nearest(looked);
     for (int axis = 0; axis < 3; ++axis) {
         const int across = (axis + 1) % 3, up = (axis + 2) % 3;
         for (const bool is_upper : {false, true}) {
             Vec3 direction;
             direction[axis] = is_upper ? -1.f : 1.f;
-            const float start = (is_upper ? instance.high : instance.low)[axis] - 0.5f * direction[axis];
+            const float start = (is_upper ? around.high : around.low)[axis] - 0.5f * direction[axis];
             parallel_for(looked, 8, [&](std::size_t begin, std::size_t end) {
                 std::vector<Ray> rays(looked);
                 std::vector<SceneHit> hits(looked);
@@ -126,10 +128,6 @@ Box box_by_rays(const Instance& instance) {
     }
     return found;
 }
-
-enum class Look : std::uint8_t { own, hidden, highlighted };
-
-}  // namespace
 
 Scene selected(const Scene& scene, std::span<const Primitives> hidden, std::span<const Primitives> highlighted, const Vec3& color) {
     const auto hidden_of = by_instance(scene, hidden), highlighted_of = by_instance(scene, highlighted);
@@ -198,7 +196,7 @@ Amount amount(const Scene& scene, std::span<const Primitives> primitives, const 
         const Instance& instance = scene[number];
         const auto* const mesh = dynamic_cast<const Mesh*>(instance.shape.get());
         if (!mesh) {
-            const Box box = box_by_rays(instance);
+            const Box box = box_by_rays(Scene({instance}), {instance.low, instance.high});
             double low[3], high[3];
             for (int axis = 0; axis < 3; ++axis) {
                 low[axis] = sphere.center[axis] + sphere.radius * static_cast<double>(box.low[axis]);

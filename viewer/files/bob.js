@@ -8,7 +8,6 @@ import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";
-import { checkCount } from "../tracing/description.js";
 import { readContainer, readTensor } from "./safetensors.js";
 import { Pictures } from "./surface.js";
 
@@ -83,7 +82,7 @@ export async function readBob(core, bytes) {
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const instances = checkList("instances", content.instances);
-  checkCount("instances", instances.length);
+  core.made("check_instances", "instances", instances.length);
   const kinds = checkList("shapes", content.shapes);
   /** @type {ShapeDescription[]} */
   const shapes = [], pictures = new Pictures();

@@ -85,7 +85,9 @@ export async function readFile(core, name, bytes, beside = new Beside()) {
   }
   const scenes = [await readOne(core, name, bytes, beside)];
   for (const file of models) scenes.push(await readOne(core, file.name, await file.arrayBuffer(), beside));
-  return inCanonicalOrder(core, together(scenes));
+  const scene = together(scenes);
+  core.made("check_instances", "instances", scene.instances.length);
+  return inCanonicalOrder(core, scene);
 }
 
 /** @param {{name: string}} file */

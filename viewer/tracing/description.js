@@ -14,18 +14,7 @@
  *   warnings: parts of a file left out or shown differently, a line each; unit: of lengths, such as "mm"
  */
 
-import { CoreError } from "../core/errors.js";
 import { IDENTITY, product } from "../shapes/affine.js";
-
-/** Maximum number of instances of a scene, as bobrossnet.tracing.scene.MAX_INSTANCES. */
-const MAX_INSTANCES = 100_000;
-
-/** Throws a CoreError if a scene has too many instances. @param {string} name @param {number} count */
-export function checkCount(name, count) {
-  if (count > MAX_INSTANCES) {
-    throw new CoreError(`${name}: expected at most ${MAX_INSTANCES.toLocaleString("en")}, got ${count.toLocaleString("en")}`);
-  }
-}
 
 /** As bobrossnet.Material(). @type {Material} */
 export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
@@ -59,7 +48,6 @@ export function together(scenes) {
     all.shapes = all.shapes.concat(shapes);
     all.warnings = all.warnings.concat(warnings);
   }
-  checkCount("instances", all.instances.length);
   return all;
 }
 

@@ -10,7 +10,7 @@ import { meshShape } from "../shapes/mesh.js";
 import { OfPictures, pictureOf } from "../shapes/picture.js";
 import { brepShape, tubeShape } from "../shapes/splines.js";
 import { WHOLE } from "./cutaway.js";
-import { WHITE, checkCount, materialValues } from "./description.js";
+import { WHITE, materialValues } from "./description.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -273,7 +273,6 @@ export class Scene {
  */
 export function buildScene(core, { shapes: descriptions, instances, unit }) {
   if (!instances.length) throw new CoreError("shapes: expected at least one shape, got none");
-  checkCount("shapes", instances.length);
   /** @type {Shape[]} */
   const shapes = [];
   /** @type {OfPictures<number>} */

@@ -67,7 +67,7 @@ export class SceneLight {
     this.isDone = false;
     const started = performance.now(), time = batch.milliseconds - (started - begin), end = begin + batch.milliseconds;
     const { seed } = light, paths = rests ? 4 * side ** 2 : light.paths;
-    const wanted = light.next(light.pixelsIn(Math.max(0, time))), count = wanted.length / 3;
+    const most = light.pixelsIn(Math.max(0, time)), wanted = light.next(rests ? Math.min(most, light.left) : most), count = wanted.length / 3;
     let dealt = 0, added = 0;
     return {
       deal() {

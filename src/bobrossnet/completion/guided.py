@@ -7,12 +7,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import luminance
-from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
-
-LOST = ("mask", "shadow", "variance")
-SHADOWS = Layout("mask,gray,variance")
-"""Shadows on the ground, in gray's place."""
 
 
 def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
@@ -54,19 +49,19 @@ def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
     alpha, ground = gbuffer.guides.hit, gbuffer.guides.ground
     if ground is None or "shadow" not in gbuffer.layout.places:
         return alpha
-    planes = np.concatenate([gbuffer.planes[gbuffer.layout.places[name]] for name in LOST])
-    output = np.empty((1, *gbuffer.size), np.float32)
-    _core.complete_guided(SHADOWS.core, planes, ground.layout.core, ground.planes, _core.Layout("gray"), True, output)
-    whole: NDArray[np.float32] = np.minimum(alpha + output[0], 1)
+    whole = np.empty(gbuffer.size, np.float32)
+    _core.complete_alpha(gbuffer.layout.core, gbuffer.planes, alpha, ground.planes, whole)
     return whole
 
 
-def smoothed(gbuffer: GBuffer, color: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return colour and alpha averaged over pixels, from colour completed at pixels' centres, (H, W, 3).
+def smoothed(
+    gbuffer: GBuffer, color: NDArray[np.float32], alpha: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return colour and alpha averaged over pixels, from those completed at pixels' centres, (H, W, 3) and (H, W).
 
     Pixels at edges are means over their first hits."""
     assert gbuffer.guides is not None
-    guides, alpha = gbuffer.guides, guided_alpha(gbuffer)
+    guides = gbuffer.guides
     if guides.edges is None:
         return color, alpha
     planes, alpha = np.array(np.moveaxis(color, -1, 0), order="C"), np.array(alpha)

@@ -3,43 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from functools import partial
-from math import inf
-from typing import NamedTuple, NoReturn, TypeAlias
+from typing import NoReturn
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
-from bobrossnet.frames.frame import Frame, PartialPicture
-from bobrossnet.frames.lit_motion import MovingLight
-from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
+from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.lit_frames import LitFrames
+from bobrossnet.frames.planner import AUTO, Planner
+from bobrossnet.frames.traced_frames import CameraTracer, TracedFrames
 from bobrossnet.measuring.picking import Pick, pick
-from bobrossnet.picture.camera import Camera, CameraLike, as_camera, check_camera
-from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.gbuffer import untraced_planes
+from bobrossnet.picture.camera import CameraLike, as_camera, check_camera
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
-from bobrossnet.picture.samples import Samples
-from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
 from bobrossnet.support.threads import Turns
-from bobrossnet.tracing.light import HEADLIGHT, LightLike, check_light
-from bobrossnet.tracing.lit import shows_shadows
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import lights_and_ground
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.section import SectionLike
-from bobrossnet.tracing.trace import SceneTracer, Tracer
-
-CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples | SamplesFuture]
-"""From a camera and pixels, (n, 2) int32 rows and columns, to one sample per pixel centre, or a future of samples."""
-
-RESHADED = Layout(_core.remembered_layout(False).names)
-"""Channels kept of scenes of the core; gray is recomputed from them for any camera."""
-
-RESHADED_COLORED = Layout(_core.remembered_layout(True).names)
-"""The same for scenes with colours."""
 
 
 class View:
@@ -103,25 +82,21 @@ class View:
         self.size = check_size(size)
         if tracer is not None and section is not None:
             raise InputError("section: expected none with a tracer, which has its own scene")
+        if tracer is not None and (light is not None or ground is not None):
+            raise InputError("light: expected none with a tracer, which has its own")
         self._scene = None if scene is None else as_scene(scene, section)
-        self._tracer = tracer
-        self._layout: Layout | None = None  # for a user's tracer: known after its first call
-        if self._scene is not None:
-            self._layout = RESHADED_COLORED if self._scene.is_colored else RESHADED
-        self._planner = Planner(self.size, model)
-        check_order(ADAPTIVE, seed)
-        self._seed = int(seed)
-        self._lit = self._moving_light(light, ground)
-        self._history: _core.History | None = None
-        self._order = _core.RefreshOrder(*self.size)
-        self._moves = 0
         self._camera = as_camera(None, self._scene)
-        self._seen = self._seen_by(self._camera)
-        self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
-        self._picture = self._unknown("adaptive")
-        if self._lit is None:
-            self._picture.trace_ahead()
-            self._picture.warm_up()
+        planner = Planner(self.size, model)
+        check_order(ADAPTIVE, seed)
+        lights = None if self._scene is None else lights_and_ground(self._scene, light, ground)
+        self._frames: LitFrames | TracedFrames
+        if self._scene is not None and lights is not None:
+            network = next(iter(planner.networks.values()))
+            self._frames = LitFrames(self._scene, self.size, *lights, int(seed), network)
+        else:
+            source = self._scene if tracer is None else tracer
+            assert source is not None
+            self._frames = TracedFrames(source, self.size, self._camera, planner, int(seed))
         self._turns = Turns("View")
 
     def frame(
@@ -144,7 +119,8 @@ class View:
         -------
         Frame
             `gbuffer` and `fraction` include only pixels traced with this camera; `image` also shows reprojected
-            samples. `error` is predicted from the former.
+            samples. `error` is predicted from the former. Under lights, a pixel's paths of earlier cameras stay in its
+            mean until the camera rests.
 
         Raises
         ------
@@ -161,17 +137,10 @@ class View:
             start = time.perf_counter()
             self._camera = camera or self._camera
             try:
-                if self._lit is not None:
-                    return self._lit.frame(start, camera, budget, count)
-                return self._frame(start, camera, budget, count)
+                return self._frames.frame(start, camera, budget, count)
             except BaseException:  # requested pixels never returned
-                self._restart()
+                self._frames.forget()
                 raise
-
-    def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
-        if camera is not None and camera != self._seen.camera:
-            self._move(camera, count, budget)
-        return self._picture.frame(start, count, budget)
 
     def pick(self, row: int, column: int) -> Pick | None:
         """Return the surface at a pixel of the last frame, or before one as the default camera sees it; None where
@@ -189,105 +158,14 @@ class View:
     def forget(self) -> None:
         """Discard all samples: for tracers whose shapes or lights have changed."""
         with self._turns:
-            self._restart()
+            self._frames.forget()
 
     def close(self) -> None:
         """Cancel waiting calls of the tracer, wait for running ones, and discard all samples."""
         with self._turns:
-            self._restart()
-            self._calls.close()
+            self._frames.close()
 
     def __reduce__(self) -> NoReturn:
         raise InputTypeError(
             "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
         )
-
-    def _moving_light(self, light: LightLike, ground: bool | None) -> MovingLight | None:
-        """Return the light of the scene, or None for the headlight."""
-        if self._scene is None:
-            if light is not None or ground is not None:
-                raise InputError("light: expected none with a tracer, which has its own")
-            return None
-        chosen = check_light(self._scene.light if light is None else light)
-        stands = shows_shadows(self._scene, chosen, ground)
-        if chosen is None or chosen == HEADLIGHT:
-            return None
-        network = next(iter(self._planner.networks.values()))
-        return MovingLight(self._scene, self.size, chosen, stands, self._seed, network)
-
-    def _restart(self) -> None:
-        if self._lit is not None:
-            self._lit.forget()
-        self._history = None
-        self._picture = self._unknown("adaptive")
-
-    def _move(self, camera: Camera, count: int | None, budget: float) -> None:
-        self._picture.take_what_came()
-        seen, planner = self._seen_by(camera), self._planner.core
-        parallax = _core.parallax(self._seen.in_core, seen.in_core, *self.size) if self._picture.traced else inf
-        mode = planner.plan(budget, parallax) if count is None else planner.plan_pixels(count, parallax)
-        self._layout = self._picture.layout
-        self._moves += 1
-        expecting = self._expecting(seen) if mode == "reproject" else None
-        self._seen = seen
-        self._picture = expecting or self._unknown("adaptive" if mode == "reproject" else mode)
-
-    def _expecting(self, seen: _Seen) -> PartialPicture | None:
-        """Return a picture of reprojected samples, or None if there are too few."""
-        start = time.perf_counter()
-        layout, planes = self._picture.layout, self._picture.planes
-        if self._tracer is not None:
-            depth = planes[layout.places["depth"]]
-            if depth.min() < 0 or depth.max() > 1:
-                got = f"{depth.min():g}..{depth.max():g}"
-                raise InputError(f"depth: expected 0..1 over the unit sphere where a camera moves, got {got}")
-        if self._history is None:
-            self._history = _core.History(layout.core, *self.size)
-        expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
-        self._history.add(self._seen.in_core, planes)
-        scene = None if self._scene is None else self._scene.core
-        if not self._history.expect(seen.in_core, expected, off_center, scene):
-            return None
-        self._order.begin((self._seed + self._moves) % 2**64)
-        sequence = _Refreshing(self._order, expected, off_center)
-        self._calls.turn_to(seen.tracer)
-        self._planner.core.reprojected(expected[0].size, time.perf_counter() - start)
-        return PartialPicture(self._calls, self.size, layout, sequence, self._planner, "reproject", expected=expected)
-
-    def _unknown(self, mode: str) -> PartialPicture:
-        """Return a picture without reprojected samples."""
-        self._calls.turn_to(self._seen.tracer)
-        sequence = PixelSequence(self.size, ORDER_OF[mode], self._seed)
-        return PartialPicture(
-            self._calls, self.size, self._layout, sequence, self._planner, mode, turns=mode == "adaptive"
-        )
-
-    def _seen_by(self, camera: Camera) -> _Seen:
-        if self._scene is not None:
-            tracer = SceneTracer(self._scene, camera, self.size, self._layout)
-            return _Seen(camera, tracer, tracer.camera_in_core)
-        assert self._tracer is not None
-        return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
-
-
-class _Seen(NamedTuple):
-    """A camera and its tracer."""
-
-    camera: Camera
-    tracer: Tracer | AsyncTracer
-    in_core: _core.Camera
-
-
-class _Refreshing:
-    """The `Sequence` of a picture of reprojected samples, (C, H, W), overwritten by traced ones."""
-
-    looks = True
-    in_first_round = False
-
-    def __init__(
-        self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]
-    ) -> None:
-        self._order, self._picture, self._off_center = order, picture, off_center
-
-    def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
-        return self._order.next(layout.core, planes, self._picture, self._off_center, count)

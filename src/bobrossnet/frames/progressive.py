@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from bobrossnet.completion.complete import GUIDED
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls
-from bobrossnet.frames.frame import Frame, PartialPicture
+from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.partial_picture import PartialPicture
 from bobrossnet.frames.planner import Planner
 from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.camera import CameraLike, as_camera

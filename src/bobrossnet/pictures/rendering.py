@@ -136,14 +136,12 @@ def finished(
 ) -> Picture:
     """Make the picture of a traced G-buffer, with a drawing over it; other arguments as in `render`."""
     model = GUIDED if "shadow" in gbuffer.layout.places else model
-    color = complete(gbuffer, model, channel="color")
+    color, alpha = (complete(gbuffer, model, channel=channel) for channel in ("color", "alpha"))
     lines = None if drawing is None else drawing.coverage()
-    if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
-        color, alpha = smoothed(gbuffer, color)
-    else:
-        alpha = complete(gbuffer, model, channel="alpha")
-        if gbuffer.mask.all() and samples >= 4 and gbuffer.guides is None:
-            _smooth_edges(scene, camera, color, alpha, isqrt(samples), lines)
+    if samples >= 4 and gbuffer.guides is not None:
+        color, alpha = smoothed(gbuffer, color, alpha)
+    elif samples >= 4 and gbuffer.mask.all():
+        _smooth_edges(scene, camera, color, alpha, isqrt(samples), lines)
     picture = picture_of(color, alpha, background)
     return picture if drawing is None else drawing.over(picture, lines)
 

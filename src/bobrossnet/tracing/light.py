@@ -148,16 +148,11 @@ def studio(camera: Camera) -> list[Light | Sky]:
         x, y, _ = (p - t for p, t in zip(camera.position, target, strict=True))
         azimuth = math.degrees(math.atan2(y, x))
     lights: list[Light | Sky] = [
-        Light(_toward(azimuth + turn, elevation), angle=angle, color=(r, g, b), intensity=intensity)
-        for turn, elevation, angle, (r, g, b), intensity in _core.studio_lights()
+        Light(direction, angle=angle, color=(r, g, b), intensity=intensity)
+        for direction, angle, (r, g, b), intensity in _core.studio_lights(azimuth)
     ]
     top, bottom, intensity = _core.studio_sky()
     return [*lights, Sky((top[0], top[1], top[2]), (bottom[0], bottom[1], bottom[2]), intensity=intensity)]
-
-
-def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:
-    a, e = math.radians(azimuth), math.radians(elevation)
-    return math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)
 
 
 def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:

@@ -39,14 +39,8 @@ MAX_PATHS = 4096
 HITS = 10
 """Numbers of a first hit: mask, depth, normal and albedo, mask and depth of the ground, and `Guides.behind`."""
 
-MAX_RADIUS = 1e38
-"""Of scenes, as float32 holds it: glass in larger ones is as clear as in these."""
-
 EDGE_RAYS: int = _core.EDGE_RAYS
 """Rays of first hits at edges, down and across a pixel."""
-
-MOVING_EDGE_RAYS: int = _core.MOVING_EDGE_RAYS
-"""The same while the camera moves."""
 
 
 class LitTracer:
@@ -89,7 +83,8 @@ class LitTracer:
         self.lights: list[Light | Sky] = lights_of(light, camera) or []
         self.paths = check_integer("paths", paths, 1, MAX_PATHS)
         self.seed = check_integer("seed", seed, 0, 2**64 - 1)
-        self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
+        lights = lights_in_core(self.scene, self.lights, check_flag("ground", ground), bounces)
+        self._core = _core.Lighting(self.scene.core, lights)
         self._has_ground, self._apart = ground, check_flag("apart", apart)
         self.camera_in_core = camera.core(self.scene.center, self.scene.radius)
         self._drawn = np.zeros(self.size, np.uint32)
@@ -113,62 +108,48 @@ class LitTracer:
         self._drawn[rows, columns] += np.uint32(self.paths)
         return Samples.from_values(values, LIT)
 
-    def into(
-        self,
-        history: _core.LightHistory,
-        pixels: NDArray[np.int32],
-        paths: int,
-        at_rest: bool,
-        surfaces: tuple[NDArray[np.float32], NDArray[np.float32] | None],
-    ) -> NDArray[np.float32]:
-        """Add paths through each pixel to a history of light; return their means in its layout."""
-        rows, columns = pixels.T
-        first = self._drawn[rows, columns]
-        self._drawn[rows, columns] += np.uint32(paths)
-        return history.trace(self._core, self.camera_in_core, pixels, first, paths, self.seed, at_rest, *surfaces)
-
-    def guides(self, edge_rays: int = EDGE_RAYS) -> Guides:
-        """First surfaces at all pixels' centres, with edge_rays^2 of them within pixels at edges; or means over pixels,
-        if paths are apart."""
+    def guides(self) -> Guides:
+        """First surfaces at all pixels' centres, with `EDGE_RAYS`^2 within pixels at edges; means over pixels if paths
+        are apart."""
         planes = np.empty((HITS, *self.size), np.float32)
         self._core.first_hits(self.camera_in_core, planes)
-        at_edges, hits = self._core.hits_at_edges(self.camera_in_core, planes, edge_rays)
-        edges = Edges(at_edges, hits) if len(at_edges) else None
-        if self._apart and edges is not None:
-            planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(hits).T
-            edges = None
-        ground = None
-        if self._has_ground:
-            share, depth = planes[7:9]
-            flat = np.zeros((2, *self.size), np.float32)
-            ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
+        edges = Edges(*self._core.hits_at_edges(self.camera_in_core, planes, EDGE_RAYS))
         if self._apart:
+            planes[:, edges.pixels[:, 0], edges.pixels[:, 1]] = _means(edges.hits).T
             planes[4:7] *= planes[0]  # light over a pixel is the light of its covered part
-        return Guides.from_planes(planes[:7], ground, edges, planes[9])
+        return first_surfaces(planes, None if self._apart else edges, self._has_ground)
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
 
 
-def lighting(
-    scene: Scene, lights: list[Light | Sky], *, ground: bool = False, bounces: int = BOUNCES
-) -> _core.Lighting:
+def first_surfaces(planes: NDArray[np.float32], edges: Edges | None, has_ground: bool) -> Guides:
+    """Return guides from first hits, (`HITS`, H, W), and those within pixels at edges."""
+    ground = None
+    if has_ground:
+        share, depth = planes[7:9]
+        flat = np.zeros_like(planes[:2])
+        ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
+    return Guides.from_planes(planes[:7], ground, edges if edges and len(edges.pixels) else None, planes[9])
+
+
+def lights_in_core(
+    scene: Scene, lights: list[Light | Sky], ground: bool = False, bounces: int = BOUNCES
+) -> _core.Lights:
     """Return the core's lights of a scene."""
     sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
     top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
     environment = None if sky.image is None else _core.environment(sky.image)
-    level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
-    in_core = _core.Lights(
+    return _core.Lights(
         [light.core() for light in lights if isinstance(light, Light)],
         top,
         bottom,
         environment,
         math.radians(sky.turn),
-        level,
-        min(scene.radius, MAX_RADIUS),
+        ground,
+        scene.radius,
         check_integer("bounces", bounces, 1, MAX_BOUNCES),
     )
-    return _core.Lighting(scene.core, in_core)
 
 
 def _means(hits: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -192,11 +173,17 @@ def lit_tracer(
 ) -> LitTracer | None:
     """Return the tracer of the requested light, or of the scene's light; None for the headlight."""
     scene = as_scene(scene)
-    chosen = check_light(scene.light if light is None else light)
-    stands = shows_shadows(scene, chosen, ground)
-    if chosen is None or chosen == HEADLIGHT:
+    lights = lights_and_ground(scene, light, ground)
+    if lights is None:
         return None
-    return LitTracer(scene, camera, size, chosen, ground=stands, paths=paths, seed=seed)
+    return LitTracer(scene, camera, size, lights[0], ground=lights[1], paths=paths, seed=seed)
+
+
+def lights_and_ground(scene: Scene, light: LightLike, ground: bool | None) -> tuple[LightLike, bool] | None:
+    """Return the requested light, otherwise the scene's, and whether there is a ground; None for the headlight."""
+    chosen = check_light(scene.light if light is None else light)
+    has_ground = shows_shadows(scene, chosen, ground)
+    return None if chosen is None or chosen == HEADLIGHT else (chosen, has_ground)
 
 
 def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:

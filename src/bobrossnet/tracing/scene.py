@@ -55,10 +55,6 @@ MAX_INSTANCES = _core.MAX_INSTANCES
 """Maximum number of instances: files and pages can hold them, and placing them takes seconds."""
 
 
-LOOKED = 256
-"""Rays along each side of a scene whose extent is measured: a ball's comes out 1e-5 too small."""
-
-
 class Hits(NamedTuple):
     """Intersections of n rays with a scene."""
 
@@ -397,21 +393,8 @@ def _measured(scene: Scene) -> Extent:
     if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
         numbers = enumerate(map(primitive_count, (instance.shape for instance in scene.instances)))
         return extent_of(scene, (Selected(number, 0, count) for number, count in numbers))
-    found, lengths = box.copy(), box[1] - box[0]
-    places = (np.arange(LOOKED) + 0.5) / LOOKED
-    for axis in range(3):
-        across, up = (axis + 1) % 3, (axis + 2) % 3
-        origins = np.empty((LOOKED, LOOKED, 3))
-        origins[..., across] = box[0, across] + lengths[across] * places[:, None]
-        origins[..., up] = box[0, up] + lengths[up] * places
-        for side, sign in ((0, 1), (1, -1)):
-            start = box[side, axis] - sign * scene.radius
-            origins[..., axis] = start
-            rays, direction = origins.reshape(-1, 3), sign * np.eye(3)[axis]
-            distance = scene.closest_hits(rays, np.broadcast_to(direction, rays.shape)).distance.min()
-            if np.isfinite(distance):
-                found[side, axis] = start + sign * distance
-    return Extent(*found)
+    around = ((box - scene.center) / scene.radius).astype(np.float32)
+    return Extent(*(scene.center + scene.radius * scene._core.box_by_rays(around).astype(np.float64)))
 
 
 def _made_again(

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.shapes.affine import Matrix, Point
 from bobrossnet.support.errors import (
     InputError,
@@ -20,7 +21,7 @@ from bobrossnet.support.errors import (
     each_of,
 )
 
-MAX_SECTIONS = 6
+MAX_SECTIONS: int = _core.MAX_SECTIONS
 """Of a scene: the sides of a box."""
 
 PATTERN = re.compile(
