@@ -397,6 +397,15 @@ def test_the_page_drags_planes(tab):
     assert page_shows(page, nested(), section=f"x={value}")
     page.get_by_label("Keep the other side of X").click()
     assert page_shows(page, nested(), section=f"x>{value}")
+    left, top, width, height = page.get_by_role("slider", name="Section plane X").bounding_box().values()
+    page.mouse.move(left + width / 2, top + height / 2)
+    page.mouse.down()
+    page.mouse.move(left + width / 2 - 60, top + height / 2 + 40)
+    page.mouse.up()
+    dragged = float(page.locator("#axes output >> nth=0").text_content().removesuffix(" mm"))
+    assert dragged > value
+    assert slider.get_attribute("aria-valuetext") == f"{dragged:g} mm"
+    assert page_shows(page, nested(), section=f"x>{dragged}")
     page.uncheck("#axes input >> nth=0")
     assert page_shows(page, nested())
 

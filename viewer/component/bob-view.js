@@ -40,6 +40,7 @@
  * | `error` | `detail.message` is displayed unless the default is prevented |
  * | `camera-change` | after each change of the camera; `detail.source` is "user-interaction" or "none" |
  * | `pick` | at a click; `detail` is the surface there, or null |
+ * | `section-change` | after each change of `section`; `detail` has its text and `source`, "user-interaction" or "none" |
  * | `poster-dismissed` | when the poster gives way to the picture |
  *
  * Children with slot="hotspot-…" and data-position="x y z" are hot spots (spots.js).
@@ -125,6 +126,10 @@ class BobViewElement extends Parent {
   /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
   #cube;
   #cutaway = WHOLE;
+  /** @type {import("./handles.js").Handles | undefined} */
+  #handles;
+  /** Of a change of the sections in progress. @type {Source} */
+  #cutBy = "none";
   /** @type {import("./parts.js").Parts | undefined} */
   #parts;
   /** Removes the input handlers. @type {AbortController | undefined} */
@@ -462,29 +467,52 @@ class BobViewElement extends Parent {
     if (!this.#viewing.draw(thickness)) this.#fail("edges: expected a page with the module for all shapes, got one for meshes alone");
   }
 
-  /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes */
-  #cut(changes) {
+  /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes @param {Source} [source] */
+  #cut(changes, source = "none") {
     const before = this.#cutaway, names = /** @type {(keyof typeof before)[]} */ (Object.keys(changes));
     if (names.every((name) => String(changes[name]) === String(before[name]))) return;
     this.#cutaway = changed(before, changes);
-    this.#viewing?.change({ cutaway: this.#cutaway });
+    this.#viewing?.change({ cutaway: this.#cutaway }, source === "user-interaction");
   }
 
   /** @param {string | null} text */
   #section(text) {
+    const source = this.#cutBy;
     try {
-      this.#cut({ planes: planesOf(sectionsOf(text)) });
+      this.#cut({ planes: planesOf(sectionsOf(text)) }, source);
     } catch (error) {
-      this.#fail(/** @type {Error} */ (error).message);
+      return this.#fail(/** @type {Error} */ (error).message);
     }
+    this.#handle();
+    this.dispatchEvent(new CustomEvent("section-change", { detail: { section: text, source } }));
+  }
+
+  /** The user changes the sections. @param {readonly import("../tracing/section.js").Section[]} sections */
+  #cutAt(sections) {
+    this.#cutBy = "user-interaction";
+    this.#touched();
+    if (sections.length > 0) this.setAttribute("section", textOf(sections));
+    else this.removeAttribute("section");
+    this.#cutBy = "none";
+  }
+
+  /** Shows the handles of section planes, if the user may move them. */
+  async #handle() {
+    const sections = () => (this.hasAttribute("camera-controls") ? validSections(this.getAttribute("section")) : []);
+    if (!this.#handles && sections().length > 0) {
+      const { Handles } = await import("../component/handles.js");
+      const moved = (/** @type {number} */ i, /** @type {number} */ at) => this.#cutAt(sections().with(i, { ...sections()[i], at }));
+      this.#handles ??= new Handles(/** @type {ShadowRoot} */ (this.shadowRoot), this.#canvas, this.camera, () => this.about(), moved, () => this.pictureBox);
+      this.#handles.ask();
+    }
+    this.#handles?.set(sections());
   }
 
   /** Cuts the scene open along an axis, or not. @param {import("../tracing/section.js").Axis} axis */
   async #toggleSection(axis) {
     const about = await this.about();
-    if (about) this.setAttribute("section", textOf(toggled(validSections(this.getAttribute("section")), axis, about.box)));
+    if (about) this.#cutAt(toggled(validSections(this.getAttribute("section")), axis, about.box));
   }
-
 
   // ---- Scenes --------------------------------------------------------------------------------------------
 
@@ -534,6 +562,7 @@ class BobViewElement extends Parent {
     this.#motion.pivot = null;
     this.#spots?.clear();
     this.#parts?.clear();
+    this.#handles?.ask();
     this.#cut({ hidden: [], highlighted: [] });
     this.#wrong.hidden = true;
   }
@@ -559,6 +588,8 @@ class BobViewElement extends Parent {
     this.#sight.look();
     if (!this.#sight.isSeen) this.#see();
     this.#spots?.show(batch.camera);
+    this.#handles?.show(batch.camera);
+    if (this.viewing.statistics.final) this.#handles?.ask();
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: this.viewing.statistics.progress, batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
@@ -641,6 +672,7 @@ class BobViewElement extends Parent {
     canvas.role = isTurned ? "application" : "img";
     canvas.ariaRoleDescription = isTurned ? "3D view" : null;
     if (!this.#isPrompting) this.#prompt.classList.add("unseen");
+    this.#handle();
     if (isTurned === (this.#hands !== undefined)) return;
     this.#hands?.abort();
     this.#hands = isTurned ? new AbortController() : undefined;
@@ -696,9 +728,7 @@ class BobViewElement extends Parent {
   #look(camera, source) {
     const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
     if (source === "user-interaction") {
-      this.#touchedAt = performance.now();
-      this.#wasTouched = true;
-      this.#prompt.classList.add("unseen");
+      this.#touched();
       clearTimeout(this.#whereTimer);
       this.#whereTimer = setTimeout(async () => {
         const { inWords } = await import("../component/saying.js");
@@ -710,6 +740,13 @@ class BobViewElement extends Parent {
     this.#viewing?.change({ camera: after }, source === "user-interaction");
     this.#cube?.show(after);
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
+  }
+
+  /** The user has moved something. */
+  #touched() {
+    this.#touchedAt = performance.now();
+    this.#wasTouched = true;
+    this.#prompt.classList.add("unseen");
   }
 
   get #idleMs() {

@@ -29,6 +29,7 @@ ENTRIES = (
 
 APART = (
     "component/cube.js",
+    "component/handles.js",
     "component/orientation.js",
     "component/saying.js",
     "component/spots.js",
