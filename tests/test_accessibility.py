@@ -94,7 +94,8 @@ def test_planes_of_sections_are_seen_and_focused(opened, colors):
     seen = knob.evaluate("""(knob) => {
       const { backgroundColor, color, outlineStyle, outlineWidth, outlineColor } = getComputedStyle(knob);
       const isFocused = knob.getRootNode().activeElement === knob;
-      return [isFocused, outlineStyle, parseFloat(outlineWidth), contrast(backgroundColor, color), contrast(backgroundColor, outlineColor)];
+      const contrasts = [color, outlineColor].map((other) => contrast(backgroundColor, other));
+      return [isFocused, outlineStyle, parseFloat(outlineWidth), ...contrasts];
     }""")
     assert seen[:2] == [True, "solid"]
     assert seen[2] >= 2

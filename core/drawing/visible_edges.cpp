@@ -13,6 +13,7 @@
 #include "base/interruption.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
+#include "shapes/edges.h"
 #include "shapes/mesh/mesh.h"
 
 namespace bob {
@@ -460,6 +461,21 @@ void draw_visible_edges(const Scene& scene, const Camera& camera, int height, in
     Curves curves = Finder(scene, camera, height, width, true, std::max(0, begin - beyond), std::min(height, end + beyond))();
     for (PicturePoint& point : curves.points) point.row -= static_cast<float>(begin);
     draw_strokes(curves.points, curves.ends, width_of_stroke, end - begin, width, coverage.data());
+}
+
+void draw_coarse_edges(const Scene& scene, const Camera& camera, int height, int width, int step, float width_of_stroke, std::span<float> coverage) {
+    // Cameras measure pictures by their rows in perspective, else by the shorter side: its ratio is that of both.
+    const bool by_rows = camera.fov_degrees > 0 || height <= width;
+    const int side = by_rows ? height : width, coarse_side = std::max(1, side / step);
+    const float ratio = static_cast<float>(side) / static_cast<float>(coarse_side);
+    const int coarse_other = static_cast<int>(std::ceil(static_cast<float>(by_rows ? width : height) / ratio));
+    const int rows = by_rows ? coarse_side : coarse_other, columns = by_rows ? coarse_other : coarse_side;
+    Curves curves = Finder(scene, camera, rows, columns, true, 0, rows)();
+    for (auto& [row, column] : curves.points) {
+        row = (row + 0.5f - 0.5f * static_cast<float>(rows)) * ratio + 0.5f * static_cast<float>(height) - 0.5f;
+        column = (column + 0.5f - 0.5f * static_cast<float>(columns)) * ratio + 0.5f * static_cast<float>(width) - 0.5f;
+    }
+    draw_strokes(curves.points, curves.ends, width_of_stroke, height, width, coverage.data());
 }
 
 }  // namespace bob

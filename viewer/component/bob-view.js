@@ -21,6 +21,7 @@
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
  * | `section` | planes that cut the scene open, such as "x=0" or "x<2, z>0.5", as in bobrossnet.render |
+ * | `snap` | clicks, and the mark under the mouse, snap to corners, centres and edges within this distance in CSS pixels, 10 if empty |
  * | `edges` | lines at visible edges, once it is at rest: borders of faces, creases and silhouettes, as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
@@ -72,6 +73,7 @@ const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
 const LIGHTS = ["headlight", "studio"];
+const REACH = 10; // CSS pixels, within which clicks snap
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
@@ -82,7 +84,7 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
   "rotation-per-second", "interaction-prompt", "background", "exposure", "light", "picture-size", "samples", "workers",
-  "loading", "base", "section",
+  "loading", "base", "section", "snap",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube", "edges"];
 
@@ -125,6 +127,8 @@ class BobViewElement extends Parent {
   #spots;
   /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
   #cube;
+  /** @type {import("./marker.js").Marker | undefined} */
+  #marker;
   #cutaway = WHOLE;
   /** @type {import("./handles.js").Handles | undefined} */
   #handles;
@@ -155,6 +159,8 @@ class BobViewElement extends Parent {
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
     listenForClicks(this.#canvas, (event) => this.#click(event));
+    this.#canvas.addEventListener("pointermove", (event) => this.#hover(event));
+    this.#canvas.addEventListener("pointerleave", () => this.#marker?.hide());
     for (const [name, of] of Object.entries({ picture: this.#canvas, poster: this.#poster, prompt: this.#prompt, error: this.#wrong })) {
       of.setAttribute("part", name);
     }
@@ -400,13 +406,14 @@ class BobViewElement extends Parent {
    * The surface at a place of the window, such as an event's clientX and clientY.
    *
    * @param {number} clientX @param {number} clientY
+   * @param {{snap?: boolean}} [options] snap: to corners, centres and edges, within the attribute's distance; by default if that is set
    * @returns {Promise<import("../tracing/picking.js").Picked | null>} null if there is none
    */
-  async pick(clientX, clientY) {
+  async pick(clientX, clientY, { snap = this.hasAttribute("snap") } = {}) {
     const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
     const { picked } = await import("../tracing/picking.js");
-    return picked(place, pictureBox, camera, (...seen) => this.#ask("pick", ...seen), (await this.#ofParts()).tree());
+    return picked(place, pictureBox, camera, snap ? this.#reach : 0, this.#ask, (await this.#ofParts()).tree());
   }
 
   // ---- Parts and measures --------------------------------------------------------------------------------
@@ -453,6 +460,12 @@ class BobViewElement extends Parent {
     return this.#ask("about");
   }
 
+  /** CSS pixels within which points snap. */
+  get #reach() {
+    const asked = Number(this.getAttribute("snap") || REACH);
+    return asked > 0 && asked < Infinity ? asked : 0;
+  }
+
   async #ofParts() {
     if (!this.#parts) {
       const { Parts } = await import("../component/parts.js");
@@ -463,8 +476,7 @@ class BobViewElement extends Parent {
 
   #draw() {
     const scale = this.#fixedSize ? 1 : Math.max(1, devicePixelRatio), thickness = this.hasAttribute("edges") ? LINE * scale : 0;
-    if (!this.#viewing || this.#viewing.schedule.thickness === thickness) return;
-    if (!this.#viewing.draw(thickness)) this.#fail("edges: expected a page with the module for all shapes, got one for meshes alone");
+    if (this.#viewing && this.#viewing.schedule.thickness !== thickness) this.#viewing.draw(thickness);
   }
 
   /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes @param {Source} [source] */
@@ -473,6 +485,7 @@ class BobViewElement extends Parent {
     if (names.every((name) => String(changes[name]) === String(before[name]))) return;
     this.#cutaway = changed(before, changes);
     this.#viewing?.change({ cutaway: this.#cutaway }, source === "user-interaction");
+    this.#marker?.hide();
   }
 
   /** @param {string | null} text */
@@ -563,6 +576,7 @@ class BobViewElement extends Parent {
     this.#spots?.clear();
     this.#parts?.clear();
     this.#handles?.ask();
+    this.#marker?.clear();
     this.#cut({ hidden: [], highlighted: [] });
     this.#wrong.hidden = true;
   }
@@ -706,7 +720,7 @@ class BobViewElement extends Parent {
 
   /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
   async #focus(x, y) {
-    const picked = await this.pick(x, y), { pictureBox } = this;
+    const picked = await this.pick(x, y, { snap: false }), { pictureBox } = this;
     if (!picked) return this.#goToFit("user-interaction");
     this.#motion.pivot = picked.inSphere;
     const pan = projection(this.camera, pictureBox).panTo(picked.inSphere, pictureBox.width / 2, pictureBox.height / 2);
@@ -724,6 +738,16 @@ class BobViewElement extends Parent {
     this.dispatchEvent(new CustomEvent("pick", { detail }));
   }
 
+  /** Marks what a click would snap to. @param {PointerEvent} event */
+  async #hover({ buttons, pointerType, offsetX: x, offsetY: y }) {
+    if (!this.hasAttribute("snap") || buttons > 0 || pointerType !== "mouse" || !this.#viewing?.canSnap) return this.#marker?.hide();
+    if (!this.#marker) {
+      const { Marker } = await import("../component/marker.js");
+      this.#marker ??= new Marker(/** @type {ShadowRoot} */ (this.shadowRoot), this.#ask, () => this.camera, () => this.pictureBox, () => this.#reach);
+    }
+    this.#marker.move({ x, y });
+  }
+
   /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
     const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
@@ -739,6 +763,7 @@ class BobViewElement extends Parent {
     this.#camera = after;
     this.#viewing?.change({ camera: after }, source === "user-interaction");
     this.#cube?.show(after);
+    this.#marker?.hide();
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
   }
 

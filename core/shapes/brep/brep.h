@@ -7,9 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "base/once.h"
 #include "nurbs/nurbs.h"
 #include "nurbs/trim.h"
 #include "shapes/brep/pieces.h"
+#include "shapes/edges.h"
 #include "shapes/solid.h"
 
 namespace bob {
@@ -52,6 +54,8 @@ public:
     /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::uint32_t face(const Hit& hit) const override { return numbers_[pieces_.patches[hit.primitive].face]; }
+    /// Borders of faces, each once, without seams between pieces of one face.
+    [[nodiscard]] const std::vector<ShapeEdge>* edges() const override;
     [[nodiscard]] std::size_t bytes() const override;
 
     [[nodiscard]] const Pieces& pieces() const { return pieces_; }
@@ -82,11 +86,14 @@ private:
     /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
     void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;
 
+    std::vector<Face> faces_;
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
     Search search_;
     std::vector<Vec3> colors_;  // of the faces, if any has one
     std::vector<std::uint32_t> numbers_;  // of the faces
+    double tolerance_;
+    mutable Once<std::vector<ShapeEdge>> edges_;
 };
 
 }  // namespace bob

@@ -30,6 +30,7 @@ ENTRIES = (
 APART = (
     "component/cube.js",
     "component/handles.js",
+    "component/marker.js",
     "component/orientation.js",
     "component/saying.js",
     "component/spots.js",
