@@ -413,7 +413,8 @@ class BobViewElement extends Parent {
     const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
     const { picked } = await import("../tracing/picking.js");
-    return picked(place, pictureBox, camera, snap ? this.#reach : 0, this.#ask, (await this.#ofParts()).tree());
+    const parts = await this.#ofParts();
+    return picked(place, pictureBox, camera, snap ? this.#reach : 0, this.#ask, () => parts.tree());
   }
 
   // ---- Parts and measures --------------------------------------------------------------------------------
