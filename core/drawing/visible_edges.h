@@ -22,8 +22,8 @@ namespace bob {
 void draw_visible_edges(const Scene& scene, const Camera& camera, int height, int width, int begin, int end, float width_of_stroke,
                         std::span<float> coverage);
 
-/// Draws the same of a whole picture from first hits `step` pixels apart: in about 1 / step^2 of the time, without edges of things that are
-/// smaller than that. Strokes keep their width, and are within step / 32 pixels of their place.
+/// Draws the same of a whole picture from first hits `step` pixels apart, in much less time, without edges of things that are smaller than
+/// that. Strokes keep their width, and are within step / 32 pixels of their place but for corners.
 void draw_coarse_edges(const Scene& scene, const Camera& camera, int height, int width, int step, float width_of_stroke, std::span<float> coverage);
 
 }  // namespace bob
