@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from browser import picture_at, serving
+from nurbs_shapes import cylinder, sphere, torus
 
 import bobrossnet as bob
 from bobrossnet import sdf
@@ -338,6 +339,37 @@ def test_measures_are_those_of_python(shown, folder, gltf):
                 assert found["area"] == pytest.approx(wanted.area, rel=1e-9)
                 volume = wanted.volume
                 assert found["volume"] == (None if volume is None else pytest.approx(volume, rel=1e-9))
+
+
+def solids():
+    """Return closed and open faces of NURBS, a stretched one, and a box of triangles, in millimetres."""
+    can = cylinder(0.7, -0.6, 0.4)
+    return bob.Scene(
+        [
+            bob.Instance(sphere(1.5), name="ball").scale(2).rotate(0.3, (1, 2, 3)).translate((5, 0, 0)),
+            bob.Instance(can, name="can").translate((0, 3, 0)),
+            bob.Instance(bob.Brep(can.faces[:1]), name="pipe"),
+            bob.Instance(torus(0.7, 0.25), name="ring").translate((-4, 1, 0)),
+            bob.Instance(sphere(1), name="egg").scale((1, 1, 2)).translate((0, 6, 0)),
+            bob.Instance(box((1, 2, 1)), name="box").translate((0, -6, 0)),
+        ],
+        unit="mm",
+    )
+
+
+def test_areas_and_volumes_of_nurbs_are_those_of_python(shown, folder):
+    scene = solids()
+    bob.save_scene(scene, folder / "solids.bob")
+    page = shown('src="solids.bob"')
+    for part in ["ball", "can", "pipe", "ring", "box"]:
+        found = page.evaluate(f"(part) => {VIEW}.measure(part)", part)
+        wanted = bob.measure(scene.part(part))
+        assert found["area"] == pytest.approx(wanted.area, rel=1e-8)
+        assert (found["volume"] is None) == (wanted.volume is None)
+        assert found["volume"] == (None if wanted.volume is None else pytest.approx(wanted.volume, rel=1e-8))
+    assert page.evaluate(f"() => {VIEW}.measure('ball')")["volume"] == pytest.approx(36 * np.pi, rel=1e-8)
+    egg = page.evaluate(f"() => {VIEW}.measure('egg')")
+    assert (egg["area"], egg["volume"]) == (None, None)
 
 
 # ---- Edges -----------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@
  *
  * @typedef {{part: string, low: number[], high: number[], size: number[], area: number | null, volume: number | null, unit: string | null}} Measures
  *   part: its path, empty for the whole scene; low, high: the box along the axes, in the scene's unit; size: of the box; area:
- *   null unless all surfaces are triangles; volume: null unless they are closed
+ *   null unless all surfaces are triangles or NURBS faces, at most 1000 of a shape; volume: null unless they are closed
  * @typedef {{distance: number, offset: number[], angle: number, unit: string | null, ends: [string, string]}} Between
  *   two picks: offset: from the first to the second; angle: of their normals, in degrees; ends: both in words
  */

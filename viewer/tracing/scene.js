@@ -34,7 +34,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  * @typedef {{kind: "corner" | "center" | "middle" | "edge", radius: number | null, point: number[], place: {x: number, y: number}, sphere: Sphere}} Snap
  *   radius: of the circle, in radii from the centre, as point is; place: where the surface next to it is visible, in pixels
  * @typedef {{low: number[], high: number[], area: number | null, volume: number | null}} Measures
- *   in the scene's units; area: null unless all are triangles; volume: null unless they are closed
+ *   in the scene's units; area: null unless all are triangles and faces of NURBS, at most 1000 of a shape; volume: null unless they are closed
  */
 
 const FINE = 64; // parts of a pixel that `probe` distinguishes
@@ -194,11 +194,18 @@ export class Scene {
 
   /** @param {number[]} primitives (n, 3), as of a cutaway @returns {Measures} */
   measure(primitives) {
-    const { core, sphere: { center, radius } } = this, known = (/** @type {number} */ value) => (Number.isNaN(value) ? null : value);
-    const [x, y, z, u, v, w, area, volume] = core.filled(new Float64Array(MEASURED), (address) => {
-      core.made("measure", this.handles[0], Uint32Array.from(primitives), primitives.length / 3, Float64Array.of(...center, radius), address);
+    const { core, sphere: { center, radius } } = this, sphere = Float64Array.of(...center, radius);
+    const of = (/** @type {number[]} */ some) => core.filled(new Float64Array(MEASURED), (address) => {
+      core.made("measure", this.handles[0], Uint32Array.from(some), some.length / 3, sphere, address);
     });
-    return { low: [x, y, z], high: [u, v, w], area: known(area), volume: known(volume) };
+    const [x, y, z, u, v, w, ...whole] = of(primitives), ranges = Array.from({ length: primitives.length / 3 }, (_, i) => primitives.slice(3 * i, 3 * i + 3));
+    const kindOfRange = (/** @type {number[]} */ [instance]) => this.labels[instance]?.kind, breps = ranges.filter((range) => kindOfRange(range) === "brep");
+    const meshes = ranges.filter((range) => kindOfRange(range) === "mesh").flat();
+    const amounts = breps.length === 0 || 3 * breps.length + meshes.length < primitives.length ? [whole] : breps.map((range) => Array.from(
+      core.filled(new Float64Array(2), (address) => void core.made("measure_brep", this.handles[0], ...range, sphere, address))));
+    if (amounts[0] !== whole && meshes.length > 0) amounts.push(Array.from(of(meshes).slice(6)));
+    const [area, volume] = [0, 1].map((i) => amounts.reduce((sum, amount) => sum + amount[i], 0)).map((value) => (Number.isNaN(value) ? null : value));
+    return { low: [x, y, z], high: [u, v, w], area, volume };
   }
 
   /**

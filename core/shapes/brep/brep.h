@@ -1,6 +1,8 @@
 /// Boundary representations: trimmed NURBS surfaces, traced as one shape.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -60,6 +62,13 @@ public:
 
     [[nodiscard]] const Pieces& pieces() const { return pieces_; }
 
+    /// The area of faces, and the volume that they enclose if they are closed; in the coordinates of rays.
+    struct Amount {
+        double area = 0;
+        std::optional<double> volume;
+    };
+    [[nodiscard]] Amount amount(std::size_t begin, std::size_t end) const;
+
     /// The maximum of a convex function over the faces, at most `tolerance` too large; -inf if the trims leave nothing.
     [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
 
@@ -83,6 +92,8 @@ private:
     [[nodiscard]] Solid find_solid() const override;
     /// Each face is a part; its front is that of dS/du x dS/dv.
     void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const override;
+    /// 1 if dS/du x dS/dv leads out of the solid at a point of a face, -1 if into it; 0 if both sides are alike.
+    [[nodiscard]] double outward(std::size_t face, const std::array<double, 2>& inside) const;
     /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
     void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;
 
