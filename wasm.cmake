@@ -131,7 +131,7 @@ compile_wasm(tracing_objects wasm_parts ${PROJECT_SOURCE_DIR}/bindings/wasm_part
 compile_wasm(files_objects wasm_files ${PROJECT_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(light_objects wasm_light ${PROJECT_SOURCE_DIR}/bindings/wasm_light.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
-compile_wasm(shapes_objects wasm_drawing ${PROJECT_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
+compile_wasm(drawing_objects wasm_drawing ${PROJECT_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
 set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
@@ -151,14 +151,14 @@ endfunction()
 set(of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${of_one} ${completion_relaxed})
-# Links the cores for instructions of SET. The linker leaves unused code out: core.mesh has no shapes except meshes, draws no edges, and
-# has lights only as core.mesh.light; only these two read files of meshes.
+# Links the cores for instructions of SET. The linker leaves unused code out: core.mesh has no shapes except meshes; it has lights,
+# and draws and finds edges, only as core.mesh.light; only these two read files of meshes.
 macro(link_cores name set)
   set(core ${completion_${set}} ${tracing_objects} ${tracing_${set}})
   set(light ${light_objects} ${light_${set}})
-  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects} ${light})
+  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects} ${drawing_objects} ${light})
   link_wasm(core.mesh${name} ${ARGN} ${core} ${files_objects})
-  link_wasm(core.mesh.light${name} ${ARGN} ${core} ${files_objects} ${light})
+  link_wasm(core.mesh.light${name} ${ARGN} ${core} ${files_objects} ${drawing_objects} ${light})
 endmacro()
 link_cores("" simd128 ${of_one})
 link_cores(.relaxed relaxed ${of_one})

@@ -8,6 +8,7 @@
 #include "bindings.h"
 #include "drawing/curves.h"
 #include "drawing/visible_edges.h"
+#include "shapes/edges.h"
 
 using namespace nb::literals;
 

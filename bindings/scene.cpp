@@ -29,6 +29,7 @@
 #include "tracing/canonical.h"
 #include "tracing/picture_tracing.h"
 #include "tracing/selection.h"
+#include "tracing/snapping.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;
@@ -200,6 +201,18 @@ auto pixels_at_edges(const Array<const float, -1, -1, 3>& color, const ConstPlan
     return pixels;
 }
 
+using Vector = std::array<double, 3>;
+
+std::optional<std::tuple<std::string_view, Vector, std::optional<double>, Vector, Vector>> snap(const bob::Scene& scene, const bob::Camera& camera,
+                                                                                               int height, int width, float row, float column, float reach) {
+    std::optional<bob::Snap> found;
+    interruptible([&] { found = bob::snap(scene, camera, height, width, row, column, reach); });
+    bob::Ray ray;
+    if (!found || !bob::Projection(camera, height, width).ray(found->row, found->column, ray)) return std::nullopt;
+    const auto vector = [](bob::Vec3 v) { return Vector{double{v.x}, double{v.y}, double{v.z}}; };
+    return std::tuple{bob::name_of(found->kind), found->point, found->radius, vector(ray.origin), vector(ray.direction)};
+}
+
 void init_picture_tracing(bob::PictureTracing* self, const bob::Scene& scene, const bob::Camera& camera, int height, int width,
                           const bob::Layout& layout, std::string_view order, std::uint64_t seed) {
     without_gil([&] { new (self) bob::PictureTracing(scene, camera, height, width, layout, order, seed); });
@@ -273,6 +286,9 @@ void bind_scene(nb::module_& m) {
              "(n, 3, 4): maps from the unit sphere to the coordinates of each shape's rays, in the caller's order.")
         .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
 
+    m.def("snap", &snap, "scene"_a, "camera"_a, "height"_a, "width"_a, "row"_a, "column"_a, "reach"_a,
+          "The corner, center, middle or edge within `reach` pixels of a place: its kind and point, the circle's radius, and a ray to the "
+          "surface next to it, all in the unit sphere. None if there is none.");
     m.def("pixels_at_edges", &pixels_at_edges, "color"_a.noconvert(), "alpha"_a.noconvert(), nb::rv_policy::move,
           "The pixels, (n, 2), of color (H, W, 3) and alpha (H, W) that are far from the mean of two opposite neighbours.");
 

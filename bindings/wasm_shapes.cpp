@@ -22,6 +22,7 @@
 #include "shapes/implicit/implicit.h"
 #include "shapes/implicit/vm_solid.h"
 #include "shapes/tube/tube.h"
+#include "tracing/scene.h"
 #include "wasm.h"
 #include "wasm_shape.h"
 
@@ -218,5 +219,25 @@ Shape* make_tube(const double* control_points, std::int32_t count, const double*
         auto curve_knots = take_knots(knots, count, degree);
         return new Shape{std::make_shared<const bob::Tube>(bob::Tube::of_weighted_points(
             {degree, std::move(curve_knots), take_points<4>(control_points, static_cast<std::size_t>(count))}))};
+    });
+}
+
+/// Writes the area and volume of a brep's faces from `begin` to `end`, (2,), in the scene's units; NaN if unknown: the volume of open faces,
+/// and both of other shapes, of too many faces, and where the shape is stretched.
+EXPORT(measure_brep)
+bool measure_brep(const bob::Scene* scene, std::uint32_t number, std::uint32_t begin, std::uint32_t end, const bob::Sphere* sphere, double* measures) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    constexpr std::uint32_t most_faces = 1000;  // about a second, for which the picture waits
+    return attempt([&] {
+        std::fill_n(measures, 2, unknown);
+        const bob::Instance& instance = (*scene)[number];
+        const auto* const brep = dynamic_cast<const bob::Brep*>(instance.shape.get());
+        const auto [largest, second, smallest] = bob::singular_values(bob::inverse(instance.to_shape));
+        if (!brep || end - begin > most_faces || largest > (1 + 1e-9) * smallest) return true;
+        const bob::Brep::Amount found = brep->amount(begin, end);
+        const double scale = largest * sphere->radius;
+        measures[0] = scale * scale * found.area;
+        if (found.volume) measures[1] = scale * scale * scale * *found.volume;
+        return true;
     });
 }

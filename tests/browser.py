@@ -19,7 +19,7 @@ from PIL import Image
 
 TOLD = """
 window.told = [];
-for (const name of ["load", "progress", "error", "camera-change", "pick"]) {
+for (const name of ["load", "progress", "error", "camera-change", "section-change", "pick"]) {
   document.addEventListener(name, ({ type, detail, target }) => {
     if (target.localName === "bob-view") told.push({ type, detail });
   }, true);

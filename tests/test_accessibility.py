@@ -82,6 +82,27 @@ def test_the_picture_shows_its_focus_in_two_colours(opened):
     assert not ring.is_visible()
 
 
+@pytest.mark.parametrize("colors", ["none", "active"])
+def test_planes_of_sections_are_seen_and_focused(opened, colors):
+    """On any background: in two colours, or in those of the user."""
+    page = opened(forced_colors=colors)
+    page.locator("#picture").focus()
+    page.keyboard.press("x")
+    knob = page.get_by_role("slider", name="Section plane X")
+    knob.wait_for()
+    page.keyboard.press("Tab")
+    seen = knob.evaluate("""(knob) => {
+      const { backgroundColor, color, outlineStyle, outlineWidth, outlineColor } = getComputedStyle(knob);
+      const isFocused = knob.getRootNode().activeElement === knob;
+      const contrasts = [color, outlineColor].map((other) => contrast(backgroundColor, other));
+      return [isFocused, outlineStyle, parseFloat(outlineWidth), ...contrasts];
+    }""")
+    assert seen[:2] == [True, "solid"]
+    assert seen[2] >= 2
+    assert seen[3] > 4.5
+    assert seen[4] > (3 if colors == "active" else 9)
+
+
 def test_forced_colours_show_what_is_chosen(opened):
     page = opened(forced_colors="active")
     segments = page.locator(".segments span")

@@ -538,6 +538,141 @@ def test_properties_reflect_attributes(shown):
     assert camera(page) == bob.Camera(azimuth=0, elevation=0)
 
 
+# ---- Planes of sections ----------------------------------------------------------------------------------
+
+
+def handle(page, axis="X"):
+    """Return the handle of a section plane, once it has its place."""
+    found = page.get_by_role("slider", name=f"Section plane {axis}", exact=True)
+    found.wait_for()
+    return found
+
+
+def centre(of):
+    box = of.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def place(page):
+    return float(page.evaluate(f"() => {VIEW}.section").split(",")[0][2:])
+
+
+def cuts(page):
+    return page.evaluate("() => told.filter(({ type }) => type === 'section-change').map(({ detail }) => detail)")
+
+
+@pytest.mark.parametrize("fov", [0, 60])
+def test_a_plane_follows_the_mouse(shown, fov):
+    """Along its normal, and not across it; the camera stays, and nothing is picked."""
+    page = shown(f'src="two.bob" field-of-view="{fov}deg" section="x<100, z<3"')
+    knob, before = handle(page), camera(page)
+    (x, y), view = centre(knob), camera(page)
+    ends = [np.array(corner_at(page, (at, 52, 3.5), view)) for at in (100, 98)]
+    assert (x, y) == pytest.approx(tuple(ends[0]), abs=0.6)
+    across = np.array([[0, 1], [-1, 0]]) @ (ends[1] - ends[0])
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for part in np.linspace(0.1, 1, 10):
+        page.mouse.move(*(ends[0] + part * (ends[1] - ends[0]) + 0.3 * across))
+    page.mouse.up()
+    assert place(page) == pytest.approx(98, abs=0.1)
+    assert centre(knob) == pytest.approx(tuple(ends[1]), abs=1.5)
+    assert page.evaluate(f"() => {VIEW}.section").endswith(", z<3")
+    page.wait_for_timeout(100)
+    assert camera(page) == before
+    assert page.evaluate("() => told.filter(({ type }) => type === 'pick')") == []
+    told = cuts(page)
+    assert {change["source"] for change in told} == {"none", "user-interaction"}  # the attribute at first
+    assert told[-1]["section"] == page.evaluate(f"() => {VIEW}.section")
+    section = told[-1]["section"].split(",")
+    wanted = color_to_8_bit(bob.trace(scene(), view, size=(HEIGHT, WIDTH), section=section).color)
+    assert (np.abs(settled(page)[..., :3].astype(int) - wanted).max(axis=-1) > 1).mean() < 0.005
+
+
+def test_a_plane_stops_at_the_ends_of_the_scene(shown):
+    page = shown('src="two.bob" section="z>1"')
+    x, y = centre(handle(page, "Z"))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for way, end in [(-500, 3.5), (500, -1)]:
+        page.mouse.move(x, y + way / 2)
+        page.mouse.move(x, y + way)
+        assert place(page) == pytest.approx(end, abs=1e-3)
+    page.mouse.up()
+    assert page.evaluate(f"() => {VIEW}.section").startswith("z>")
+
+
+def test_a_plane_that_faces_the_viewer_moves_up_and_down(shown):
+    page = shown('src="two.bob" section="x<100" camera-orbit="90deg 90deg 100%"')
+    x, y = centre(handle(page))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 8)
+    page.mouse.up()
+    assert 100 < place(page) <= 103
+
+
+def test_planes_have_keys(shown):
+    page = shown('src="two.bob" section="x<100"')
+    knob = handle(page)
+    page.locator("bob-view").focus()
+    page.keyboard.press("Tab")
+    assert page.evaluate(f"() => {VIEW}.shadowRoot.activeElement.role") == "slider"
+    outline = knob.evaluate("(knob) => getComputedStyle(knob.nextElementSibling).opacity")
+    assert outline == "1"
+    arrows = {"ArrowRight": 100.06, "ArrowUp": 100.12, "ArrowLeft": 100.06}
+    for key, at in (arrows | {"PageUp": 100.66, "Home": 97, "End": 103}).items():
+        page.keyboard.press(key)
+        assert place(page) == pytest.approx(at)
+    assert knob.get_attribute("aria-valuenow") == "103"
+    assert knob.get_attribute("aria-valuetext") == "x up to 103"
+    assert camera(page) == bob.Camera()
+
+
+def test_planes_come_and_go_with_sections_and_controls(shown):
+    page = shown()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url.split("/")[-1]))
+    page.locator("bob-view").focus()
+    knobs = page.get_by_role("slider")
+    assert "handles.js" not in asked
+    page.keyboard.press("x")
+    handle(page)
+    assert "handles.js" in asked
+    page.keyboard.press("y")
+    handle(page, "Y")
+    assert {change["source"] for change in cuts(page)} == {"user-interaction"}
+    page.keyboard.press("x")
+    page.wait_for_function(f"() => !/x/.test({VIEW}.section)")
+    assert knobs.count() == 1
+    page.evaluate(f"() => {{ {VIEW}.cameraControls = false; }}")
+    assert knobs.count() == 0
+    page.evaluate(f"() => {{ {VIEW}.cameraControls = true; }}")
+    handle(page, "Y")
+    page.evaluate(f"() => {{ {VIEW}.section = null; }}")
+    assert knobs.count() == 0
+
+
+def test_a_finger_moves_a_plane_and_scrolls_elsewhere(shown):
+    page = shown('src="two.bob" section="z<1"', **PHONE)
+    x, y = centre(handle(page, "Z"))
+    assert handle(page, "Z").bounding_box()["width"] >= 44
+    hand = Hand(page)
+    hand.move(((x, y), (x, y - 40)))
+    assert place(page) > 1.2
+    assert scrolled(page) == 0
+    assert camera(page) == bob.Camera()
+    hand.move(((40, 200), (45, 80)))
+    assert scrolled(page) > 50
+
+
+def test_the_wheel_over_a_plane_zooms(shown):
+    page = shown('src="two.bob" section="z<1"', page="100%")
+    page.mouse.move(*centre(handle(page, "Z")))
+    page.mouse.wheel(0, -100)
+    page.wait_for_function(f"() => {VIEW}.camera.zoom > 1")
+
+
 # ---- Hot spots and the view cube -------------------------------------------------------------------------
 
 SPOT = '<button slot="hotspot-{i}" data-position="{place}" style="width: 20px; height: 20px; padding: 0"></button>'

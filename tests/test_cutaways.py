@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import trimesh
 from browser import picture_at, serving
+from nurbs_shapes import cylinder, sphere, torus
 
 import bobrossnet as bob
 from bobrossnet import sdf
-from bobrossnet.page.export import export
+from bobrossnet.page.export import export, export_file
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.section import PATTERN
@@ -340,6 +341,37 @@ def test_measures_are_those_of_python(shown, folder, gltf):
                 assert found["volume"] == (None if volume is None else pytest.approx(volume, rel=1e-9))
 
 
+def solids():
+    """Return closed and open faces of NURBS, a stretched one, and a box of triangles, in millimetres."""
+    can = cylinder(0.7, -0.6, 0.4)
+    return bob.Scene(
+        [
+            bob.Instance(sphere(1.5), name="ball").scale(2).rotate(0.3, (1, 2, 3)).translate((5, 0, 0)),
+            bob.Instance(can, name="can").translate((0, 3, 0)),
+            bob.Instance(bob.Brep(can.faces[:1]), name="pipe"),
+            bob.Instance(torus(0.7, 0.25), name="ring").translate((-4, 1, 0)),
+            bob.Instance(sphere(1), name="egg").scale((1, 1, 2)).translate((0, 6, 0)),
+            bob.Instance(box((1, 2, 1)), name="box").translate((0, -6, 0)),
+        ],
+        unit="mm",
+    )
+
+
+def test_areas_and_volumes_of_nurbs_are_those_of_python(shown, folder):
+    scene = solids()
+    bob.save_scene(scene, folder / "solids.bob")
+    page = shown('src="solids.bob"')
+    for part in ["ball", "can", "pipe", "ring", "box"]:
+        found = page.evaluate(f"(part) => {VIEW}.measure(part)", part)
+        wanted = bob.measure(scene.part(part))
+        assert found["area"] == pytest.approx(wanted.area, rel=1e-8)
+        assert (found["volume"] is None) == (wanted.volume is None)
+        assert found["volume"] == (None if wanted.volume is None else pytest.approx(wanted.volume, rel=1e-8))
+    assert page.evaluate(f"() => {VIEW}.measure('ball')")["volume"] == pytest.approx(36 * np.pi, rel=1e-8)
+    egg = page.evaluate(f"() => {VIEW}.measure('egg')")
+    assert (egg["area"], egg["volume"]) == (None, None)
+
+
 # ---- Edges -----------------------------------------------------------------------------------------------
 
 
@@ -355,6 +387,136 @@ def test_edges_are_those_of_python(shown, host, folder, name):
         assert (difference > 8).mean() < 0.003
         page.locator("bob-view").focus()
         page.keyboard.press("e")
+
+
+MOVING = f"""async (azimuths) => {{
+  const view = {VIEW}, {{ schedule }} = view.viewing;
+  await view.converged();
+  schedule.refines = false;
+  for (const azimuth of azimuths) {{
+    view.camera = {{ azimuth }};
+    await new Promise((shown) => view.addEventListener("progress", shown, {{ once: true }}));
+  }}
+  const moving = view.toDataURL();
+  schedule.refines = true;
+  return moving;
+}}"""
+
+
+@pytest.mark.parametrize("name", ["nested.bob", "machine.obj"])
+def test_edges_stay_in_motion(shown, host, name, folder):
+    """Drawn from fewer first hits: most of the exact picture's lines are there, and hardly any others."""
+    page = shown(f'src="{name}" edges picture-size="320x240"', host)
+    page.evaluate(f"() => {{ {VIEW}.viewing.schedule.budget = 200; }}")
+    address = page.evaluate(MOVING, [33, 36, 39, 42])
+    found = np.asarray(picture_at(address).convert("RGB")).max(axis=-1).astype(int)
+    size = found.shape
+    drawn, plain = (
+        bob.render(bob.load(folder / name), bob.Camera(azimuth=42), size=size, edges=edges, background="#000").rgba
+        for edges in (True, False)
+    )
+    bright = np.asarray(plain[..., :3]).max(axis=-1).astype(int)
+    lines = (bright - drawn[..., :3].max(axis=-1) > 60) & (bright > 90)
+    dark = (bright - found > 40) & (bright > 90)
+    assert lines.sum() > 200
+    assert dark[lines].mean() > 0.7
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(lines, 3), (7, 7)).any(axis=(2, 3))
+    assert near[dark].mean() > 0.7
+
+
+def test_edges_of_meshes_need_the_larger_module_of_meshes(shown):
+    page = shown('src="machine.obj"')
+    settled(page)
+    fetched = "() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').at(-1))"
+    before = page.evaluate(fetched)
+    assert not any("light" in name for name in before)
+    page.evaluate(f"() => {{ {VIEW}.edges = true; }}")
+    settled(page)
+    after = page.evaluate(fetched)[len(before) :]
+    assert [name for name in after if name.endswith("wasm")] == ["core.mesh.light.relaxed.wasm"]
+
+
+def test_single_files_of_meshes_have_edges_and_snap(new_page, folder, tmp_path):
+    scene = bob.load(folder / "machine.obj")
+    export_file(scene, "machine", tmp_path / "machine.html")
+    page = new_page(fresh=True, viewport={"width": WIDTH, "height": HEIGHT})
+    page.goto((tmp_path / "machine.html").as_uri())
+    page.evaluate(f"() => {{ {VIEW}.setAttribute('samples', '4'); {VIEW}.setAttribute('edges', ''); }}")
+    wanted = bob.render(scene, size=(HEIGHT, WIDTH), edges=True, background="#000").rgba[..., :3]
+    assert (np.abs(settled(page).astype(int) - wanted).max(axis=-1) > 8).mean() < 0.003
+    row, column = pixel_of(scene, (6.8, 0.8, 0.8))
+    found = page.evaluate(f"([x, y]) => {VIEW}.pick(x, y, {{ snap: true }})", [column + 2, row - 1])
+    assert found["snapped"] == "corner"
+    assert found["point"] == pytest.approx((6.8, 0.8, 0.8), abs=1e-6)
+
+
+# ---- Snapping --------------------------------------------------------------------------------------------
+
+
+def pixel_of(scene, point, camera=bob.Camera()):  # noqa: B008
+    """Return the pixel of a point of the scene."""
+    at = ((np.array([point], float) - scene.center) / scene.radius).astype(np.float32)
+    row, column, _ = camera.core(scene.center, scene.radius).seen(HEIGHT, WIDTH, at)[0]
+    return round(float(row)), round(float(column))
+
+
+SNAPPED = f"([x, y, snap]) => {VIEW}.pick(x, y, {{ snap }})"
+
+
+@pytest.mark.parametrize("name", ["machine.obj", "nested.bob"])
+def test_picks_snap_as_those_of_python(shown, host, folder, name):
+    scene = bob.load(folder / name)
+    page = shown(f'src="{name}" snap="4" section="z<0.7"', host)
+    settled(page)
+    kinds = set()
+    for row in range(20, 105, 7):
+        for column in range(20, 140, 9):
+            found = page.evaluate(SNAPPED, [column + 0.5, row + 0.5, True])
+            wanted = bob.pick(scene.sectioned("z<0.7"), row, column, size=(HEIGHT, WIDTH), snap=4)
+            assert (found is None) == (wanted is None)
+            if wanted is None:
+                continue
+            assert (found["snapped"], found["part"]) == (wanted.snapped, str(wanted.part))
+            assert found["point"] == pytest.approx(wanted.point, abs=3e-6 * scene.radius)
+            kinds.add(found["snapped"])
+    assert {None, "corner", "edge"} <= kinds
+    row, column = pixel_of(scene, scene.extent.high)
+    assert page.evaluate(SNAPPED, [column, row, False])["snapped"] is None
+
+
+def test_the_mark_says_what_a_click_snaps_to(shown):
+    page = shown('src="nested.bob" snap')
+    settled(page)
+    mark = page.locator("bob-view #snap")
+    scene = nested()
+    row, column = pixel_of(scene, (12, 1.5, 1))
+    page.mouse.move(column - 20, row - 20)
+    page.mouse.move(column + 2, row + 2)
+    page.wait_for_function(f"() => {VIEW}.shadowRoot.querySelector('#snap:not([hidden]) p')?.textContent === 'corner'")
+    place = mark.locator("svg").bounding_box()
+    assert place["x"] + place["width"] / 2 == pytest.approx(column + 0.5, abs=1)
+    assert place["y"] + place["height"] / 2 == pytest.approx(row + 0.5, abs=1)
+    page.mouse.down()
+    page.mouse.up()
+    page.wait_for_function("() => told.some(({ type }) => type === 'pick')")
+    (picked,) = page.evaluate("() => told.filter(({ type }) => type === 'pick')")
+    assert picked["detail"]["snapped"] == "corner"
+    assert picked["detail"]["point"] == pytest.approx((12, 1.5, 1), abs=1e-6)
+    page.mouse.move(3, 3)
+    page.wait_for_function(f"() => {VIEW}.shadowRoot.querySelector('#snap').hidden")
+
+
+def test_meshes_fetch_what_snaps_with_the_first_click(shown):
+    page = shown('src="machine.obj" snap')
+    settled(page)
+    page.mouse.move(80, 60)
+    fetched = "() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').at(-1))"
+    assert not any("light" in name or "marker" in name for name in page.evaluate(fetched))
+    row, column = pixel_of(bob.Scene(box((1, 1, 1))), (0, 0, 0))
+    page.mouse.click(column, row)
+    page.wait_for_function("() => told.some(({ type, detail }) => type === 'pick' && detail)")
+    assert any("core.mesh.light" in name for name in page.evaluate(fetched))
+    settled(page)
 
 
 # ---- The page --------------------------------------------------------------------------------------------
@@ -397,6 +559,15 @@ def test_the_page_drags_planes(tab):
     assert page_shows(page, nested(), section=f"x={value}")
     page.get_by_label("Keep the other side of X").click()
     assert page_shows(page, nested(), section=f"x>{value}")
+    left, top, width, height = page.get_by_role("slider", name="Section plane X").bounding_box().values()
+    page.mouse.move(left + width / 2, top + height / 2)
+    page.mouse.down()
+    page.mouse.move(left + width / 2 - 60, top + height / 2 + 40)
+    page.mouse.up()
+    dragged = float(page.locator("#axes output >> nth=0").text_content().removesuffix(" mm"))
+    assert dragged > value
+    assert slider.get_attribute("aria-valuetext") == f"{dragged:g} mm"
+    assert page_shows(page, nested(), section=f"x>{dragged}")
     page.uncheck("#axes input >> nth=0")
     assert page_shows(page, nested())
 
@@ -430,3 +601,18 @@ def test_the_page_lists_parts_and_measures(tab, folder):
     assert page.locator(".name[aria-pressed=true]").count() == 1
     page.mouse.click(left + width / 2 + 9, top + height / 2)
     page.wait_for_function("() => /Distance/.test(document.querySelector('#picked').textContent)")
+
+
+def test_the_page_measures_from_corner_to_corner(tab):
+    scene = nested()
+    page = tab("nested.bob")
+    page.evaluate("() => bobrossnet.converged()")
+    left, top, width, _ = page.locator("#picture canvas").bounding_box().values()
+    for corner in [(12, 1.5, 1), (8, 1.5, 1)]:
+        row, column = pixel_of(scene, corner)
+        page.mouse.click(left + (column + 1) * width / WIDTH, top + (row + 1) * width / WIDTH)
+    text = "document.querySelector('#picked').textContent"
+    page.wait_for_function(f"() => /Distance4 mm, corner to corner/.test({text})")
+    assert "corner to corner" in page.locator("#status").text_content()
+    page.uncheck("#snap")
+    assert page.evaluate("() => document.querySelector('#picture').snap") is None

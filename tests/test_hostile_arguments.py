@@ -140,7 +140,7 @@ class Calls:
         )
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
         yield "measure", bob.measure, {"what": bob.Scene(mesh, unit="mm"), "unit": "m"}
-        yield "pick", bob.pick, {"scene": mesh, "row": 0, "column": 0, "camera": camera, "size": (8, 8)}
+        yield "pick", bob.pick, {"scene": mesh, "row": 0, "column": 0, "camera": camera, "size": (8, 8), "snap": 2}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}
         yield "implicit", bob.implicit, {"function": lambda x, y, z: x * x + y * y + z * z - 1}

@@ -357,6 +357,126 @@ def test_the_command_line_measures(tmp_path, capsys):
     assert told["unit"] == "in"
 
 
+# ---- Snapping --------------------------------------------------------------------------------------------
+
+
+def pixel_of(scene, point, camera, size=SIZE):
+    """Return the pixel of a point of the scene."""
+    at = ((np.array([point], float) - scene.center) / scene.radius).astype(np.float32)
+    row, column, _ = camera.core(scene.center, scene.radius).seen(*size, at)[0]
+    return round(float(row)), round(float(column))
+
+
+def snapped(scene, point, camera, off=(0, 0), snap=5, size=SIZE):
+    row, column = pixel_of(scene, point, camera, size)
+    return bob.pick(scene, row + off[0], column + off[1], camera, size=size, snap=snap)
+
+
+def drilled_plate(sides=48):
+    """Return a plate of 8 x 6 x 2 with a hole of radius 1.5 at (1, 0.5), as triangles: turned, moved and scaled."""
+    plate = plate_with_hole(sides)
+    turned = bob.Instance(plate, name="plate").scale(2.5).rotate(0.4, (1, 2, 3)).translate((100, -50, 20))
+    return bob.Scene(turned, unit="mm"), turned.transform
+
+
+def plate_with_hole(sides):
+    """Return the plate in its own coordinates."""
+    angles = 2 * np.pi * np.arange(sides) / sides
+    hole = np.stack([1 + 1.5 * np.cos(angles), 0.5 + 1.5 * np.sin(angles)], axis=1)
+    border = np.array([(-4, -3), (4, -3), (4, 3), (-4, 3)], float)
+    flat = np.concatenate([border, hole])
+    edges = [(i, (i + 1) % 4) for i in range(4)] + [(4 + i, 4 + (i + 1) % sides) for i in range(sides)]
+    units = np.rint(flat * 4096).astype(np.int32) + 2**20
+    inside = bob._core.triangulate(units, np.array(edges, np.int32))
+    top, bottom = (np.column_stack([flat, np.full(len(flat), z)]) for z in (1.0, -1.0))
+    count = len(flat)
+    walls = [t for a, b in edges for t in ((a + count, b + count, b), (a + count, b, a))]
+    flipped = np.asarray(inside)[:, ::-1] + count
+    return bob.Mesh(np.concatenate([top, bottom]), np.concatenate([inside, flipped, walls]))
+
+
+@pytest.mark.parametrize("camera", [bob.Camera(300, 50), bob.Camera(300, 50, 20, fov=60)])
+def test_picks_snap_to_corners_middles_centres_and_edges(camera):
+    scene, matrix = drilled_plate()
+
+    def placed(*point):
+        return matrix[:3, :3] @ point + matrix[:3, 3]
+
+    for point, kind, radius in [
+        ((-4, -3, 1), "corner", None),
+        ((4, -3, 1), "corner", None),
+        ((0, -3, 1), "middle", None),
+        ((1, 0.5, 1), "center", 3.75),
+    ]:
+        for off in [(0, 0), (2, 1), (-1, 2)]:
+            found = snapped(scene, placed(*point), camera, off)
+            assert found.snapped == kind
+            assert found.point == pytest.approx(placed(*point), abs=1e-6 * scene.radius)
+            assert found.radius == (None if radius is None else pytest.approx(radius, rel=1e-6))
+            assert found.part.name == "plate"
+    found = snapped(scene, placed(-2, -3, 1), camera, snap=3)
+    assert found.snapped == "edge"
+    assert found.radius is None
+    at = np.linalg.solve(matrix[:3, :3], found.point - matrix[:3, 3])
+    assert at == pytest.approx((-2, -3, 1), abs=0.1)
+    assert at[1:] == pytest.approx((-3, 1), abs=1e-6)
+    found = snapped(scene, placed(2.5, 0.5, 1), camera, snap=2)
+    assert (found.snapped, found.radius) == ("edge", pytest.approx(3.75, rel=1e-6))
+    within = snapped(scene, placed(-3, 1.5, 1), camera)
+    assert within.snapped is None
+    assert bob.pick(scene, 0, 0, camera, size=SIZE, snap=5) is None
+    a, b = (snapped(scene, placed(*point), camera) for point in [(-4, -3, 1), (1, 0.5, 1)])
+    between = bob.measure(a, b)
+    assert between.distance == pytest.approx(2.5 * math.hypot(5, 3.5), rel=1e-6)
+    assert between.ends == ("corner", "centre of a circle, radius 3.75 mm")
+    assert bob.measure(a, b, unit="cm").ends[1] == "centre of a circle, radius 0.375 cm"
+    assert bob.measure(within, within).ends == ("point", "point")
+    assert bob.measure(a).thickness is None
+    pixel = pixel_of(scene, placed(-4, -3, 1), camera)
+    view = bob.View(scene, size=SIZE)
+    view.frame(camera, fraction=0.02)
+    assert view.pick(*pixel, snap=4).snapped == "corner"
+
+
+def test_hidden_and_removed_corners_attract_nothing():
+    plate = plate_with_hole(24)
+    wall = bob.Instance(sdf.box((0.2, 20, 20)), name="wall").translate((8, 0, 0))
+    camera = bob.Camera(0, 10)
+    alone, behind = bob.Scene(plate), bob.Scene([plate, wall])
+    corner = (4, 3, 1)
+    assert snapped(alone, corner, camera).snapped == "corner"
+    found = snapped(behind, corner, camera)
+    assert (found.snapped, found.part.name) == (None, "wall")
+    cut = alone.sectioned("x=0")
+    for point, wanted in [(corner, None), ((-4, -3, 1), "corner")]:
+        found = snapped(cut, point, bob.Camera(330, 30))
+        assert (found and found.snapped) == wanted
+
+
+def test_faces_of_a_solid_snap_exactly(cad):
+    """Each border once, no seams; centres of holes also where the circle is two arcs."""
+    scene, _ = cad
+    camera, size = bob.Camera(300, 40), (240, 320)
+    box = bob.Scene(scene.instances[0], unit="mm")
+    corner = snapped(box, (1, 0, 3), camera, size=size)
+    assert corner.snapped == "corner"
+    assert corner.point == pytest.approx((1, 0, 3), abs=1e-9)
+    assert snapped(box, (0.5, 0, 3), camera, size=size).snapped == "middle"
+    drilled = bob.Scene(scene.part("drilled").scene.instances[6], unit="mm")
+    centre = snapped(drilled, (5, 5, 10), camera, size=size)
+    assert (centre.snapped, centre.radius) == ("center", pytest.approx(2, abs=1e-9))
+    assert centre.point == pytest.approx((5, 5, 10), abs=1e-9)
+    ball = bob.Scene(scene.instances[4])
+    assert {snapped(ball, point, camera, size=size).snapped for point in [(0, -4, 0), (0, 0, 4), (4, 0, 0)]} == {None}
+    cylinder = bob.Scene(scene.instances[1])
+    rim = snapped(cylinder, (3 * math.cos(4), 3 * math.sin(4), 7), camera, size=size)
+    assert (rim.snapped, rim.radius) == ("edge", pytest.approx(3, abs=1e-9))
+    assert math.hypot(*rim.point[:2]) == pytest.approx(3, abs=1e-9)
+
+
+# ---- Sections --------------------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize("made", ["formula", "mesh"])
 def test_caps_of_sections_are_picked_and_measured(made):
     from bobrossnet.sdf import box

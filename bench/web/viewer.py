@@ -82,6 +82,24 @@ async ([milliseconds, degrees]) => {
 }
 """
 
+SECTION = """
+async ([milliseconds, edges]) => {
+  const { statistics } = bobrossnet, picture = document.querySelector("#picture"), { box } = await picture.about();
+  picture.toggleAttribute("edges", edges);
+  const first = statistics.pictures, fractions = [], begin = performance.now();
+  const shown = () => fractions.push(statistics.fraction);
+  picture.addEventListener("progress", shown);
+  for (let now = begin; now < begin + milliseconds; now = performance.now()) {
+    const share = 0.5 - 0.4 * Math.cos((now - begin) / 1000);
+    picture.setAttribute("section", `x=${(box[0] + share * (box[3] - box[0])).toFixed(6)}`);
+    await new Promise(requestAnimationFrame);
+  }
+  picture.removeEventListener("progress", shown);
+  const pictures = statistics.pictures - first, seconds = (performance.now() - begin) / 1000;
+  return { pictures, rate: pictures / seconds, fractions, rays: statistics.raysPerSecond };
+}
+"""
+
 WINDOWS = ((1280, 800), (1920, 1080), (2560, 1440))
 RATIOS = (1, 3)
 
@@ -219,6 +237,49 @@ def orbiting(browser: Browser, url: str, scenes: dict[str, str], seconds: float)
         )
         page.context.close()
     table(("scene", "pictures/s", "95 % within ms", "traced", "network ms", "1000 rays/s"), rows)
+
+
+def cutting(browser: Browser, url: str, scenes: dict[str, str], seconds: float) -> None:
+    heading(f"A section moves through the scene, {WIDTH}x{HEIGHT}, the default budget of 33 ms")
+    rows = []
+    for file, name in scenes.items():
+        page = opened(browser, f"{url}{SIZE}&scene={file}")
+        page.evaluate("() => bobrossnet.converged()")
+        for edges in (False, True):
+            page.evaluate(SECTION, [2000, edges])  # until all code is compiled
+            before = processor_seconds()
+            found = page.evaluate(SECTION, [1000 * seconds, edges])
+            spent = 1000 * (processor_seconds() - before) / max(found["pictures"], 1)
+            rows.append(
+                (
+                    name,
+                    "with edges" if edges else "without",
+                    f"{found['rate']:.1f}",
+                    f"{spent:.0f}",
+                    f"{100 * statistics.median(found['fractions']):.1f} %",
+                    f"{found['rays'] / 1000:.0f}",
+                )
+            )
+        page.context.close()
+    table(("scene", "edges", "pictures/s", "CPU ms a picture", "traced", "1000 rays/s"), rows)
+
+
+def processor_seconds() -> float:
+    """Return the processor time of all processes below this one, on Linux; else NaN."""
+    children: dict[int, list[int]] = {}
+    ticks = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            fields = stat.read_text().rpartition(")")[2].split()
+            number = int(stat.parent.name)
+            children.setdefault(int(fields[1]), []).append(number)
+            ticks[number] = int(fields[11]) + int(fields[12])
+    if not ticks:
+        return float("nan")
+    below = [os.getpid()]
+    for process in below:
+        below += children.get(process, [])
+    return sum(ticks.get(process, 0) for process in below[1:]) / os.sysconf("SC_CLK_TCK")
 
 
 def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
@@ -555,7 +616,7 @@ def draw(curves: dict[str, NDArray[np.float64]], figure: Path) -> None:
     drawing.savefig(figure, dpi=110)
 
 
-PARTS = ("orbiting", "first", "rest", "light", "windows", "bands", "large", "rival", "memory")
+PARTS = ("orbiting", "section", "first", "rest", "light", "windows", "bands", "large", "rival", "memory")
 
 
 def main() -> None:
@@ -588,6 +649,8 @@ def main() -> None:
         print(f"{browser.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
         if "orbiting" in parts:
             orbiting(browser, server.url, scenes, arguments.seconds)
+        if "section" in parts:
+            cutting(browser, server.url, chosen, arguments.seconds)
         if "first" in parts:
             gallery = json.loads((VIEWER / GALLERY).read_bytes()) if arguments.gallery else []
             further = {f"gallery/{entry['file']}": entry["title"] for entry in gallery}

@@ -39,22 +39,6 @@ void append_simplified(std::span<const PicturePoint> curve, float tolerance, std
     }
 }
 
-/// The segments that meet at each point: at[start[point]] to at[start[point + 1]].
-struct Meetings {
-    std::vector<std::uint32_t> start, at;
-
-    Meetings(std::size_t count, std::span<const Segment> segments) : start(count + 1, 0) {
-        for (const auto& [a, b] : segments) ++start[a + 1], ++start[b + 1];
-        for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
-        at.resize(start.back());
-        std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-        for (std::uint32_t s = 0; s < segments.size(); ++s) {
-            at[next[segments[s].first]++] = s;
-            at[next[segments[s].second]++] = s;
-        }
-    }
-};
-
 }  // namespace
 
 Chains chained(std::size_t count, std::span<const Segment> segments) {
@@ -90,37 +74,17 @@ Chains chained(std::size_t count, std::span<const Segment> segments) {
 }
 
 Curves joined(const LineNetwork& network, float tolerance) {
-    const std::size_t count = network.points.size();
-    const auto& [start, at] = Meetings(count, network.segments);
-    const auto passes = [&](std::uint32_t point) { return start[point + 1] - start[point] == 2; };
-
+    const Meetings meetings(network.points.size(), network.segments);
     Curves curves;
-    std::vector<bool> used(network.segments.size());
     std::vector<PicturePoint> walked;
-    const auto walk = [&](std::uint32_t point, std::uint32_t segment) {
-        walked.assign(1, network.points[point]);
-        while (!used[segment]) {
-            used[segment] = true;
-            const auto& [a, b] = network.segments[segment];
-            point = a == point ? b : a;
-            walked.push_back(network.points[point]);
-            if (!passes(point)) break;
-            segment = at[start[point]] == segment ? at[start[point] + 1] : at[start[point]];
-        }
+    for_each_chain(meetings, network.segments, [&](std::uint32_t point) { return meetings.count(point) == 2; },
+                   [&](std::span<const std::uint32_t> chain) {
+        walked.clear();
+        for (const std::uint32_t point : chain) walked.push_back(network.points[point]);
         curves.points.push_back(walked.front());
         append_simplified(walked, tolerance, curves.points);
         curves.ends.push_back(static_cast<std::int64_t>(curves.points.size()));
-    };
-    for (std::uint32_t point = 0; point < count; ++point) {
-        if (point % 32768 == 0) Interruption::check();
-        if (passes(point)) continue;
-        for (std::uint32_t i = start[point]; i < start[point + 1]; ++i) {
-            if (!used[at[i]]) walk(point, at[i]);
-        }
-    }
-    for (std::uint32_t s = 0; s < network.segments.size(); ++s) {  // the rest are rings
-        if (!used[s]) walk(network.segments[s].first, s);
-    }
+    });
     return curves;
 }
 

@@ -3,8 +3,9 @@
 
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
+
+#include "base/chains.h"
 
 namespace bob {
 
@@ -19,7 +20,7 @@ struct Curves {
     std::vector<std::int64_t> ends;  // of each curve, past its last point
 };
 
-using Segment = std::pair<std::uint32_t, std::uint32_t>;
+using Segment = Link;
 
 /// Segments between numbered points.
 struct LineNetwork {

@@ -13,6 +13,7 @@
 #include "base/interruption.h"
 #include "base/parallel.h"
 #include "base/thread_memory.h"
+#include "shapes/edges.h"
 #include "shapes/mesh/mesh.h"
 
 namespace bob {
@@ -56,12 +57,13 @@ struct Sight {
 
 class Finder {
 public:
-    /// Of the rows from `begin` to `end`.
-    Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth, int begin, int end)
-        : scene_(scene), projection_(camera, height, width), begin_(begin), rows_(2 * (end - begin) + 3), columns_(2 * width + 3), smooth_(smooth),
-          has_face_normals_(shades_by_other_normals(scene)),
-          at_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_), untraced),
-          kinds_(static_cast<std::size_t>(end - begin + 1) * static_cast<std::size_t>(width + 1)) {}
+    /// Of the rows from `begin` to `end`. With a `pixel` above 1, it is the side of squares that are treated as pixels; then half pixels are
+    /// left out, where curves meet, end or turn.
+    Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth, int begin, int end, int pixel = 1)
+        : scene_(scene), projection_(camera, height, width), begin_(static_cast<float>(begin)), pixel_(static_cast<float>(pixel)),
+          rows_(2 * ((end - begin + pixel - 1) / pixel) + 3), columns_(2 * ((width + pixel - 1) / pixel) + 3), smooth_(smooth), resolves_(pixel == 1),
+          has_face_normals_(shades_by_other_normals(scene)), at_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_), untraced),
+          kinds_(static_cast<std::size_t>(rows_ / 2) * static_cast<std::size_t>(columns_ / 2)) {}
 
     Curves operator()() {
         look_at_pixels();
@@ -90,7 +92,8 @@ private:
     }
     [[nodiscard]] const Look& look(Spot p) const { return looks_[at_[index(p)]]; }
     [[nodiscard]] Sight sight(Spot p) const {
-        return {0.5f * static_cast<float>(p.row) - 1 + static_cast<float>(begin_), 0.5f * static_cast<float>(p.column) - 1};
+        const auto place = [&](int half) { return (0.5f * static_cast<float>(half) - 0.5f) * pixel_ - 0.5f; };
+        return {place(p.row) + begin_, place(p.column)};
     }
 
     /// First hits along sights; neighbours should follow each other.
@@ -118,7 +121,7 @@ private:
                 if (hits[j].instance == no_instance) continue;
                 const Vec3 point = rays[j].origin + hits[j].t * rays[j].direction;
                 const float along = std::abs(dot(flat[j], normalized(rays[j].direction)));
-                const float step = least_step * projection_.pixel_width(projection_.depth(point)) * along + hit_error;
+                const float step = least_step * pixel_ * projection_.pixel_width(projection_.depth(point)) * along + hit_error;
                 const Hit& hit = hits[j].in_shape;  // a cap is a separate face
                 const std::uint32_t face = is_cap(hit.primitive) ? hit.primitive : scene_[hits[j].instance].shape->face(hit);
                 looks[number[j]] = {point, normals[j], flat[j], step, hits[j].instance, face};
@@ -174,6 +177,7 @@ private:
         return kinds_[static_cast<std::size_t>(cell.row) * static_cast<std::size_t>(columns_ / 2) + static_cast<std::size_t>(cell.column)];
     }
     void mark(Spot cell, std::uint8_t wanted) {
+        if (!resolves_) wanted = crossed;
         if (cell.row < 0 || cell.column < 0 || cell.row >= rows_ / 2 || cell.column >= columns_ / 2 || kind(cell) >= wanted) return;
         if (kind(cell) == plain) cells_.push_back(cell);
         kind(cell) = wanted;
@@ -437,9 +441,9 @@ private:
 
     const Scene& scene_;
     Projection projection_;
-    int begin_;
+    float begin_, pixel_;
     int rows_, columns_;  // of half pixels, one pixel beyond the picture on each side
-    bool smooth_, has_face_normals_;
+    bool smooth_, resolves_, has_face_normals_;
     std::vector<Look> looks_;
     std::vector<std::uint32_t> at_;     // indices of looks
     std::vector<std::uint8_t> kinds_;   // of cells
@@ -460,6 +464,11 @@ void draw_visible_edges(const Scene& scene, const Camera& camera, int height, in
     Curves curves = Finder(scene, camera, height, width, true, std::max(0, begin - beyond), std::min(height, end + beyond))();
     for (PicturePoint& point : curves.points) point.row -= static_cast<float>(begin);
     draw_strokes(curves.points, curves.ends, width_of_stroke, end - begin, width, coverage.data());
+}
+
+void draw_coarse_edges(const Scene& scene, const Camera& camera, int height, int width, int step, float width_of_stroke, std::span<float> coverage) {
+    const Curves curves = Finder(scene, camera, height, width, true, 0, height, step)();
+    draw_strokes(curves.points, curves.ends, width_of_stroke, height, width, coverage.data());
 }
 
 }  // namespace bob

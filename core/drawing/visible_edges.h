@@ -9,10 +9,6 @@
 
 namespace bob {
 
-/// A smaller angle between the normals on both sides is no crease. Above 30 degrees, common chamfers would be lost;
-/// below 20, scanned surfaces get lines from noise. Meshes whose normals are not given are smooth up to 40 degrees.
-constexpr float crease_of_edges_degrees = 25;
-
 /// Curves in the picture between first hits on different surfaces.
 ///
 /// There is an edge where neighbouring rays meet different instances or faces (`Shape::face`), or one face with a step
@@ -25,5 +21,9 @@ constexpr float crease_of_edges_degrees = 25;
 /// draw_strokes. Rows drawn apart fit together, but for differences of the curves within their tolerance.
 void draw_visible_edges(const Scene& scene, const Camera& camera, int height, int width, int begin, int end, float width_of_stroke,
                         std::span<float> coverage);
+
+/// Draws the same of a whole picture from first hits `step` pixels apart, in much less time, without edges of things that are smaller than
+/// that. Strokes keep their width, and are within step / 32 pixels of their place but for corners.
+void draw_coarse_edges(const Scene& scene, const Camera& camera, int height, int width, int step, float width_of_stroke, std::span<float> coverage);
 
 }  // namespace bob

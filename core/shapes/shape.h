@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "base/affine.h"
 #include "base/box.h"
@@ -17,6 +18,7 @@ namespace bob {
 constexpr double smallest_radius = 1e-307;
 
 class Picture;
+struct ShapeEdge;
 
 constexpr std::uint32_t no_primitive = 0xffffffff;
 
@@ -105,6 +107,13 @@ public:
         (void)hit;
         return 0;
     }
+
+    /// Edges as curves, in the coordinates of rays, found at the first call; null if the shape has no curves for them. Safe to call
+    /// from any thread. Those of meshes are Mesh::creases.
+    [[nodiscard]] virtual const std::vector<ShapeEdge>* edges() const { return nullptr; }
+
+    /// The shape itself, or the one that it shows in another way.
+    [[nodiscard]] virtual const Shape& surface() const { return *this; }
 
     /// Memory of the intersection data, without the picture.
     [[nodiscard]] virtual std::size_t bytes() const = 0;

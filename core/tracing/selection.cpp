@@ -48,6 +48,7 @@ public:
     }
     [[nodiscard]] Place place(const Hit& hit) const override { return shape_->place(hit); }
     [[nodiscard]] std::uint32_t face(const Hit& hit) const override { return shape_->face(hit); }
+    [[nodiscard]] const Shape& surface() const override { return *shape_; }
     [[nodiscard]] std::size_t bytes() const override { return shape_->bytes(); }
 
 private:

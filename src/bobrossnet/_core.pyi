@@ -280,6 +280,9 @@ class Scene:
     @property
     def bytes(self) -> int: ...
 
+def snap(
+    scene: Scene, camera: Camera, height: int, width: int, row: float, column: float, reach: float
+) -> tuple[str, list[float], float | None, list[float], list[float]] | None: ...
 def pixels_at_edges(color: F32, alpha: F32) -> I32: ...
 
 class PictureTracing:

@@ -21,6 +21,7 @@
  * | `auto-rotate` | it turns while idle, unless the user prefers reduced motion |
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
  * | `section` | planes that cut the scene open, such as "x=0" or "x<2, z>0.5", as in bobrossnet.render |
+ * | `snap` | clicks, and the mark under the mouse, snap to corners, centres and edges within this distance in CSS pixels, 10 if empty |
  * | `edges` | lines at visible edges, once it is at rest: borders of faces, creases and silhouettes, as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
@@ -40,6 +41,7 @@
  * | `error` | `detail.message` is displayed unless the default is prevented |
  * | `camera-change` | after each change of the camera; `detail.source` is "user-interaction" or "none" |
  * | `pick` | at a click; `detail` is the surface there, or null |
+ * | `section-change` | after each change of `section`; `detail` has its text and `source`, "user-interaction" or "none" |
  * | `poster-dismissed` | when the poster gives way to the picture |
  *
  * Children with slot="hotspot-…" and data-position="x y z" are hot spots (spots.js).
@@ -71,6 +73,7 @@ const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
 const LIGHTS = ["headlight", "studio"];
+const REACH = 10; // CSS pixels, within which clicks snap
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
 const REST_MS = 500; // after a movement, before it is described to screen readers
@@ -81,7 +84,7 @@ const TURN = 360 / 64; // degrees per second, when it turns by itself
 const TEXTS = [
   "poster", "reveal", "up", "orientation", "camera-orbit", "field-of-view", ...LIMITS, "touch-action", "auto-rotate-delay",
   "rotation-per-second", "interaction-prompt", "background", "exposure", "light", "picture-size", "samples", "workers",
-  "loading", "base", "section",
+  "loading", "base", "section", "snap",
 ];
 const SWITCHES = ["camera-controls", "auto-rotate", "view-cube", "edges"];
 
@@ -124,7 +127,13 @@ class BobViewElement extends Parent {
   #spots;
   /** @type {ReturnType<typeof import("./cube.js").createCube> | undefined} */
   #cube;
+  /** @type {import("./marker.js").Marker | undefined} */
+  #marker;
   #cutaway = WHOLE;
+  /** @type {import("./handles.js").Handles | undefined} */
+  #handles;
+  /** Of a change of the sections in progress. @type {Source} */
+  #cutBy = "none";
   /** @type {import("./parts.js").Parts | undefined} */
   #parts;
   /** Removes the input handlers. @type {AbortController | undefined} */
@@ -150,6 +159,8 @@ class BobViewElement extends Parent {
     this.#wrong.role = "alert";
     this.#canvas.setAttribute("aria-describedby", "keys");
     listenForClicks(this.#canvas, (event) => this.#click(event));
+    this.#canvas.addEventListener("pointermove", (event) => this.#hover(event));
+    this.#canvas.addEventListener("pointerleave", () => this.#marker?.hide());
     for (const [name, of] of Object.entries({ picture: this.#canvas, poster: this.#poster, prompt: this.#prompt, error: this.#wrong })) {
       of.setAttribute("part", name);
     }
@@ -395,13 +406,15 @@ class BobViewElement extends Parent {
    * The surface at a place of the window, such as an event's clientX and clientY.
    *
    * @param {number} clientX @param {number} clientY
+   * @param {{snap?: boolean}} [options] snap: to corners, centres and edges, within the attribute's distance; by default if that is set
    * @returns {Promise<import("../tracing/picking.js").Picked | null>} null if there is none
    */
-  async pick(clientX, clientY) {
+  async pick(clientX, clientY, { snap = this.hasAttribute("snap") } = {}) {
     const { camera, pictureBox } = this, { left, top, width, height } = this.#canvas.getBoundingClientRect();
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
     const { picked } = await import("../tracing/picking.js");
-    return picked(place, pictureBox, camera, (...seen) => this.#ask("pick", ...seen), (await this.#ofParts()).tree());
+    const parts = await this.#ofParts();
+    return picked(place, pictureBox, camera, snap ? this.#reach : 0, this.#ask, () => parts.tree());
   }
 
   // ---- Parts and measures --------------------------------------------------------------------------------
@@ -448,6 +461,12 @@ class BobViewElement extends Parent {
     return this.#ask("about");
   }
 
+  /** CSS pixels within which points snap. */
+  get #reach() {
+    const asked = Number(this.getAttribute("snap") || REACH);
+    return asked > 0 && asked < Infinity ? asked : 0;
+  }
+
   async #ofParts() {
     if (!this.#parts) {
       const { Parts } = await import("../component/parts.js");
@@ -458,33 +477,56 @@ class BobViewElement extends Parent {
 
   #draw() {
     const scale = this.#fixedSize ? 1 : Math.max(1, devicePixelRatio), thickness = this.hasAttribute("edges") ? LINE * scale : 0;
-    if (!this.#viewing || this.#viewing.schedule.thickness === thickness) return;
-    if (!this.#viewing.draw(thickness)) this.#fail("edges: expected a page with the module for all shapes, got one for meshes alone");
+    if (this.#viewing && this.#viewing.schedule.thickness !== thickness) this.#viewing.draw(thickness);
   }
 
-  /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes */
-  #cut(changes) {
+  /** @param {Partial<import("../tracing/cutaway.js").Cutaway>} changes @param {Source} [source] */
+  #cut(changes, source = "none") {
     const before = this.#cutaway, names = /** @type {(keyof typeof before)[]} */ (Object.keys(changes));
     if (names.every((name) => String(changes[name]) === String(before[name]))) return;
     this.#cutaway = changed(before, changes);
-    this.#viewing?.change({ cutaway: this.#cutaway });
+    this.#viewing?.change({ cutaway: this.#cutaway }, source === "user-interaction");
+    this.#marker?.hide();
   }
 
   /** @param {string | null} text */
   #section(text) {
+    const source = this.#cutBy;
     try {
-      this.#cut({ planes: planesOf(sectionsOf(text)) });
+      this.#cut({ planes: planesOf(sectionsOf(text)) }, source);
     } catch (error) {
-      this.#fail(/** @type {Error} */ (error).message);
+      return this.#fail(/** @type {Error} */ (error).message);
     }
+    this.#handle();
+    this.dispatchEvent(new CustomEvent("section-change", { detail: { section: text, source } }));
+  }
+
+  /** The user changes the sections. @param {readonly import("../tracing/section.js").Section[]} sections */
+  #cutAt(sections) {
+    this.#cutBy = "user-interaction";
+    this.#touched();
+    if (sections.length > 0) this.setAttribute("section", textOf(sections));
+    else this.removeAttribute("section");
+    this.#cutBy = "none";
+  }
+
+  /** Shows the handles of section planes, if the user may move them. */
+  async #handle() {
+    const sections = () => (this.hasAttribute("camera-controls") ? validSections(this.getAttribute("section")) : []);
+    if (!this.#handles && sections().length > 0) {
+      const { Handles } = await import("../component/handles.js");
+      const moved = (/** @type {number} */ i, /** @type {number} */ at) => this.#cutAt(sections().with(i, { ...sections()[i], at }));
+      this.#handles ??= new Handles(/** @type {ShadowRoot} */ (this.shadowRoot), this.#canvas, this.camera, () => this.about(), moved, () => this.pictureBox);
+      this.#handles.ask();
+    }
+    this.#handles?.set(sections());
   }
 
   /** Cuts the scene open along an axis, or not. @param {import("../tracing/section.js").Axis} axis */
   async #toggleSection(axis) {
     const about = await this.about();
-    if (about) this.setAttribute("section", textOf(toggled(validSections(this.getAttribute("section")), axis, about.box)));
+    if (about) this.#cutAt(toggled(validSections(this.getAttribute("section")), axis, about.box));
   }
-
 
   // ---- Scenes --------------------------------------------------------------------------------------------
 
@@ -534,6 +576,8 @@ class BobViewElement extends Parent {
     this.#motion.pivot = null;
     this.#spots?.clear();
     this.#parts?.clear();
+    this.#handles?.ask();
+    this.#marker?.clear();
     this.#cut({ hidden: [], highlighted: [] });
     this.#wrong.hidden = true;
   }
@@ -559,6 +603,8 @@ class BobViewElement extends Parent {
     this.#sight.look();
     if (!this.#sight.isSeen) this.#see();
     this.#spots?.show(batch.camera);
+    this.#handles?.show(batch.camera);
+    if (this.viewing.statistics.final) this.#handles?.ask();
     this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: this.viewing.statistics.progress, batch } }));
     if (!this.#isNew) return;
     this.#isNew = false;
@@ -641,6 +687,7 @@ class BobViewElement extends Parent {
     canvas.role = isTurned ? "application" : "img";
     canvas.ariaRoleDescription = isTurned ? "3D view" : null;
     if (!this.#isPrompting) this.#prompt.classList.add("unseen");
+    this.#handle();
     if (isTurned === (this.#hands !== undefined)) return;
     this.#hands?.abort();
     this.#hands = isTurned ? new AbortController() : undefined;
@@ -674,7 +721,7 @@ class BobViewElement extends Parent {
 
   /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
   async #focus(x, y) {
-    const picked = await this.pick(x, y), { pictureBox } = this;
+    const picked = await this.pick(x, y, { snap: false }), { pictureBox } = this;
     if (!picked) return this.#goToFit("user-interaction");
     this.#motion.pivot = picked.inSphere;
     const pan = projection(this.camera, pictureBox).panTo(picked.inSphere, pictureBox.width / 2, pictureBox.height / 2);
@@ -692,13 +739,21 @@ class BobViewElement extends Parent {
     this.dispatchEvent(new CustomEvent("pick", { detail }));
   }
 
+  /** Marks what a click would snap to. @param {PointerEvent} event */
+  async #hover({ buttons, pointerType, offsetX: x, offsetY: y }) {
+    if (!this.hasAttribute("snap") || buttons > 0 || pointerType !== "mouse" || !this.#viewing?.canSnap) return this.#marker?.hide();
+    if (!this.#marker) {
+      const { Marker } = await import("../component/marker.js");
+      this.#marker ??= new Marker(/** @type {ShadowRoot} */ (this.shadowRoot), this.#ask, () => this.camera, () => this.pictureBox, () => this.#reach);
+    }
+    this.#marker.move({ x, y });
+  }
+
   /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
     const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
     if (source === "user-interaction") {
-      this.#touchedAt = performance.now();
-      this.#wasTouched = true;
-      this.#prompt.classList.add("unseen");
+      this.#touched();
       clearTimeout(this.#whereTimer);
       this.#whereTimer = setTimeout(async () => {
         const { inWords } = await import("../component/saying.js");
@@ -709,7 +764,15 @@ class BobViewElement extends Parent {
     this.#camera = after;
     this.#viewing?.change({ camera: after }, source === "user-interaction");
     this.#cube?.show(after);
+    this.#marker?.hide();
     this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
+  }
+
+  /** The user has moved something. */
+  #touched() {
+    this.#touchedAt = performance.now();
+    this.#wasTouched = true;
+    this.#prompt.classList.add("unseen");
   }
 
   get #idleMs() {

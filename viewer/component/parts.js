@@ -8,11 +8,12 @@
  *
  * @typedef {{part: string, low: number[], high: number[], size: number[], area: number | null, volume: number | null, unit: string | null}} Measures
  *   part: its path, empty for the whole scene; low, high: the box along the axes, in the scene's unit; size: of the box; area:
- *   null unless all surfaces are triangles; volume: null unless they are closed
- * @typedef {{distance: number, offset: number[], angle: number, unit: string | null}} Between
- *   two picks: offset: from the first to the second; angle: of their normals, in degrees
+ *   null unless all surfaces are triangles or NURBS faces, at most 1000 of a shape; volume: null unless they are closed
+ * @typedef {{distance: number, offset: number[], angle: number, unit: string | null, ends: [string, string]}} Between
+ *   two picks: offset: from the first to the second; angle: of their normals, in degrees; ends: both in words
  */
 import { Tree as TreeOfParts, primitivesOf, withAllBelow } from "../tracing/parts.js";
+import { inWords } from "./snaps.js";
 
 export class Parts {
   #ask;
@@ -89,5 +90,6 @@ export class Parts {
 /** @param {Picked} a @param {Picked} b @returns {Between} */
 export function between(a, b) {
   const offset = b.point.map((value, axis) => value - a.point[axis]), along = a.normal.reduce((sum, value, axis) => sum + value * b.normal[axis], 0);
-  return { distance: Math.hypot(...offset), offset, angle: Math.acos(Math.max(-1, Math.min(1, along))) * 180 / Math.PI, unit: a.unit };
+  const said = (/** @type {Picked} */ { snapped, radius, unit }) => inWords(snapped, radius, unit);
+  return { distance: Math.hypot(...offset), offset, angle: Math.acos(Math.max(-1, Math.min(1, along))) * 180 / Math.PI, unit: a.unit, ends: [said(a), said(b)] };
 }

@@ -49,6 +49,11 @@ export class Viewing {
   get isLit() {
     return this.schedule.isLit;
   }
+  /** Whether a core of meshes has to have lights and edges. */
+  get needsExtras() {
+    return this.isLit || this.#usesEdges;
+  }
+  #usesEdges = false;
   /** When the user moved it, until its picture is exact: it comes first. */
   movedAt = -Infinity;
   isSeen = false;
@@ -316,18 +321,16 @@ export class Viewing {
     this.change({});
   }
 
-  /**
-   * Draws lines at visible edges of resting pictures, which needs the module with all shapes.
-   *
-   * @param {number} thickness in pixels; 0 for no lines
-   * @returns {boolean} whether there is such a module
-   */
+  /** Draws lines at visible edges of resting pictures. @param {number} thickness in pixels; 0 for no lines */
   draw(thickness) {
-    if (thickness > 0 && !isThere("core.wasm")) return false;
-    if (thickness > 0) this.core = "core";
+    this.#usesEdges ||= thickness > 0;
     this.schedule.thickness = thickness;
     this.change({});
-    return true;
+  }
+
+  /** Whether it can snap to edges at once. */
+  get canSnap() {
+    return crew.hasExtras && crew.poolOf(this) !== undefined;
   }
 
   /** Resolves once the scene has a picture, or will not get one. @returns {Promise<void>} */
@@ -357,7 +360,8 @@ export class Viewing {
    */
   ask(question, ...values) {
     const pool = crew.poolOf(this);
-    if (pool) return pool.ask(this.id, question, ...values);
+    this.#usesEdges ||= question === "snap";
+    if (pool && (question !== "snap" || crew.hasExtras)) return pool.ask(this.id, question, ...values);
     return new Promise((resolve) => {
       this.#questions.push((opened) => resolve(opened ? opened.ask(this.id, question, ...values) : null));
       this.#ask();

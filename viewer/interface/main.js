@@ -71,6 +71,10 @@ perspective.addEventListener("change", () => look({ fov: perspective.checked ? P
 edges.addEventListener("change", () => picture.toggleAttribute("edges", edges.checked));
 new MutationObserver(() => (edges.checked = picture.hasAttribute("edges"))).observe(picture, { attributeFilter: ["edges"] }); // a key changes it, too
 
+const snaps = element("snap", HTMLInputElement), showSnap = () => picture.toggleAttribute("snap", snaps.checked);
+snaps.addEventListener("change", showSnap);
+showSnap();
+
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
 const look = (camera) => (picture.camera = camera);
 

@@ -2,6 +2,7 @@
 /** The list of parts, and measures of picked points. */
 import { made } from "../component/made.js";
 import { between } from "../component/parts.js";
+import { inWords } from "../component/snaps.js";
 import { withAllBelow } from "../tracing/parts.js";
 import { lengthOf, measuresOf, numberOf } from "./measures.js";
 
@@ -139,16 +140,18 @@ export class PartsList {
     if (last) {
       if (last.face !== null) rows.push([/mesh/.test(last.kind) ? "Triangle" : "Face", String(last.face)]);
       if (last.section !== null) rows.push(["Section", "cap"]);
+      if (last.snapped) rows.push(["Snapped to", inWords(last.snapped, last.radius, last.unit)]);
       rows.push(["Point", last.point.map((value) => numberOf(value)).join(", ") + (last.unit ? ` ${last.unit}` : "")]);
       rows.push(["Normal", last.normal.map((value) => value.toFixed(3)).join(", ")]);
     }
     if (second) {
-      const { distance, offset, angle, unit } = between(picks[0], second);
-      rows.push(["Distance", lengthOf(distance, unit)], ["Offset", offset.map((value) => numberOf(value)).join(", ")], ["Angle", `${angle.toFixed(1)}°`]);
+      const { distance, offset, angle, unit, ends } = between(picks[0], second);
+      rows.push(["Distance", `${lengthOf(distance, unit)}, ${ends.join(" to ")}`], ["Offset", offset.map((value) => numberOf(value)).join(", ")], ["Angle", `${angle.toFixed(1)}°`]);
     }
+    const found = rows.length;
     rows.push(...measuresOf(measures));
     picked.replaceChildren(...rows.flatMap(([term, value]) => [made("dt", { textContent: term }), made("dd", { textContent: value })]));
-    status.textContent = rows.slice(0, second ? 6 : 3).map(([term, value]) => `${term} ${value}`).join(". ");
+    status.textContent = rows.slice(0, last ? found : 3).map(([term, value]) => `${term} ${value}`).join(". ");
   }
 
   #display() {

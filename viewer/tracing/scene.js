@@ -31,12 +31,17 @@ import { WHITE, materialValues } from "./description.js";
  *   caps, or -1
  * @typedef {{instance: number, primitive: number, section: number | null, point: number[], normal: number[], sphere: Sphere}} Hit
  *   section: of whose cap the point is; point: in radii from the centre
+ * @typedef {{kind: "corner" | "center" | "middle" | "edge", radius: number | null, point: number[], place: {x: number, y: number}, sphere: Sphere}} Snap
+ *   radius: of the circle, in radii from the centre, as point is; place: where the surface next to it is visible, in pixels
  * @typedef {{low: number[], high: number[], area: number | null, volume: number | null}} Measures
- *   in the scene's units; area: null unless all are triangles; volume: null unless they are closed
+ *   in the scene's units; area: null unless all are triangles and faces of NURBS, at most 1000 of a shape; volume: null unless they are closed
  */
 
 const FINE = 64; // parts of a pixel that `probe` distinguishes
 const PICKED = 9; // numbers of a pick
+const LINE_MS = 3e-3; // before the first measurement: the gear's
+const SNAPPED = 7; // numbers of a snap
+const SNAPS = /** @type {const} */ (["corner", "center", "middle", "edge"]); // as bob::SnapKind
 const MEASURED = 8; // numbers of a measure
 const HIGHLIGHT = [1, 0.2622507, 0.0103298]; // bobrossnet.tracing.parts.HIGHLIGHT, in linear RGB
 
@@ -77,6 +82,8 @@ export class Scene {
     return this.#layout;
   }
 
+  /** Milliseconds for coarse lines, for each of their first hits, as measured last. */
+  lineMs = LINE_MS;
   /** @type {import("../picture/channels.js").Layout | undefined} */
   #layout;
   #cutaway = WHOLE;
@@ -157,6 +164,24 @@ export class Scene {
     return { instance, primitive, section: section < 0 ? null : section, point: vectors.slice(0, 3), normal: vectors.slice(3), sphere: this.sphere };
   }
 
+  /**
+   * The corner, centre, middle or edge of a shape near a place of an image. Only for modules that draw edges.
+   *
+   * @param {{x: number, y: number}} place in pixels from the upper left corner
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {number} reach pixels
+   * @returns {Snap | null} null if there is none within reach
+   */
+  snap({ x, y }, { height, width }, camera, reach) {
+    const [kind, radius, ...rest] = this.core.filled(new Float64Array(SNAPPED), (found) => {
+      this.core.made("snap", this.handle, cameraValues(camera), height, width, y - 0.5, x - 0.5, reach, found);
+    });
+    if (kind < 0) return null;
+    const [row, column] = rest.slice(3);
+    return { kind: SNAPS[kind], radius: radius === radius ? radius : null, point: rest.slice(0, 3), place: { x: column + 0.5, y: row + 0.5 }, sphere: this.sphere };
+  }
+
   /** Facts that pages show with pictures. @returns {About} */
   about() {
     const { core, sphere, unit, labels } = this, { center, radius } = sphere;
@@ -169,11 +194,18 @@ export class Scene {
 
   /** @param {number[]} primitives (n, 3), as of a cutaway @returns {Measures} */
   measure(primitives) {
-    const { core, sphere: { center, radius } } = this, known = (/** @type {number} */ value) => (Number.isNaN(value) ? null : value);
-    const [x, y, z, u, v, w, area, volume] = core.filled(new Float64Array(MEASURED), (address) => {
-      core.made("measure", this.handles[0], Uint32Array.from(primitives), primitives.length / 3, Float64Array.of(...center, radius), address);
+    const { core, sphere: { center, radius } } = this, sphere = Float64Array.of(...center, radius);
+    const of = (/** @type {number[]} */ some) => core.filled(new Float64Array(MEASURED), (address) => {
+      core.made("measure", this.handles[0], Uint32Array.from(some), some.length / 3, sphere, address);
     });
-    return { low: [x, y, z], high: [u, v, w], area: known(area), volume: known(volume) };
+    const [x, y, z, u, v, w, ...whole] = of(primitives), ranges = Array.from({ length: primitives.length / 3 }, (_, i) => primitives.slice(3 * i, 3 * i + 3));
+    const kindOfRange = (/** @type {number[]} */ [instance]) => this.labels[instance]?.kind, breps = ranges.filter((range) => kindOfRange(range) === "brep");
+    const meshes = ranges.filter((range) => kindOfRange(range) === "mesh").flat();
+    const amounts = breps.length === 0 || 3 * breps.length + meshes.length < primitives.length ? [whole] : breps.map((range) => Array.from(
+      core.filled(new Float64Array(2), (address) => void core.made("measure_brep", this.handles[0], ...range, sphere, address))));
+    if (amounts[0] !== whole && meshes.length > 0) amounts.push(Array.from(of(meshes).slice(6)));
+    const [area, volume] = [0, 1].map((i) => amounts.reduce((sum, amount) => sum + amount[i], 0)).map((value) => (Number.isNaN(value) ? null : value));
+    return { low: [x, y, z], high: [u, v, w], area, volume };
   }
 
   /**
@@ -235,7 +267,7 @@ export class Scene {
   }
 
   /**
-   * The share of each pixel that visible edges cover, in the rows from `begin` to `end` of an image. Only for modules with all shapes.
+   * The share of each pixel that visible edges cover, in the rows from `begin` to `end` of an image. Only for modules that draw edges.
    *
    * @param {number} begin @param {number} end
    * @param {import("../picture/camera.js").Size} size of the image
@@ -246,6 +278,20 @@ export class Scene {
   lines(begin, end, { height, width }, camera, thickness) {
     return this.core.filled(new Uint8Array((end - begin) * width), (address) => {
       this.core.made("draw_edges", this.handle, cameraValues(camera), height, width, begin, end, thickness, address);
+    });
+  }
+
+  /**
+   * The same of a whole image, from first hits some pixels apart.
+   *
+   * @param {import("../picture/camera.js").Size} size of the image
+   * @param {import("../picture/camera.js").Camera} camera
+   * @param {number} thickness @param {number} step pixels between first hits
+   * @returns {Uint8Array} (height, width), 0..255
+   */
+  coarseLines({ height, width }, camera, thickness, step) {
+    return this.core.filled(new Uint8Array(height * width), (address) => {
+      this.core.made("draw_coarse_edges", this.handle, cameraValues(camera), height, width, step, thickness, address);
     });
   }
 

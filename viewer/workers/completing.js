@@ -53,6 +53,7 @@ import { enlarged, enlargedGray, paint, paintMeans, paintRest, paintStrip } from
 import { paintLight } from "../picture/paint_light.js";
 import { Helpers } from "./bands.js";
 
+const MAPS = ["difference", "uncertain"]; // modes without lines
 const WARM_UPS = 3;
 const MOST_WHOLE = 2 ** 22; // pixels of resting pictures with a G-buffer, for their difference from the first one
 
@@ -67,10 +68,11 @@ const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
  *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array,
- *   image: ImageData, isShared: boolean
+ *   image: ImageData, isShared: boolean, covered: Uint8Array | null
  * }} View
  *   batch: its newest batch; expected: reprojected samples, overwritten by traced ones; coverage: if requested; model:
- *   the network that completed it last; image: as last painted; isShared: whether the helpers have all its samples
+ *   the network that completed it last; image: as last painted; isShared: whether the helpers have all its samples;
+ *   covered: by lines
  */
 /** @type {View | undefined} */
 let view;
@@ -127,13 +129,13 @@ const isOld = (batch) => Math.max(view?.batch.id ?? 0, rest?.batch.id ?? 0, lit?
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 
 /** Adds the samples of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
-function taken({ core, standIn }, { batch, isColored, pixels, samples, expected }, isShared) {
+function taken({ core, standIn }, { batch, isColored, pixels, samples, expected, covered }, isShared) {
   const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
     const first = new Float32Array(height * width), image = new ImageData(width, height);
-    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first, image, isShared };
+    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first, image, isShared, covered };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
@@ -147,6 +149,7 @@ function taken({ core, standIn }, { batch, isColored, pixels, samples, expected 
     view.expected.set(expected);
   }
   view.batch = batch;
+  view.covered = covered;
   view.isShared = isShared;
   for (const gbuffer of [view.gbuffer, view.expected]) {
     gbuffer?.add(pixels, samples);
@@ -296,6 +299,7 @@ const restPainted = ({ image, rows, gbuffer, first }) => createImageBitmap(paint
 /** @param {View} view */
 async function painted(view) {
   const errors = await paintView(view, showing.mode);
+  if (view.covered && !MAPS.includes(showing.mode)) paintLines({ begin: 0, covered: view.covered }, view.image);
   return { bitmap: await createImageBitmap(view.image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
 

@@ -13,7 +13,7 @@
  * @property {number} id
  * @property {number} workers number of tracing threads
  * @property {CoreName} core supports its scenes
- * @property {boolean} isLit whether lights replace its headlight
+ * @property {boolean} needsExtras whether a core of meshes has to have lights and edges
  * @property {import("./schedule.js").Schedule} schedule of its pictures
  * @property {number} movedAt when the user moved it, until its picture is exact; else -Infinity
  * @property {boolean} isMoved whether movedAt is finite
@@ -51,20 +51,20 @@ const MOST_PIXELS = 1e6; // of pictures whose memory a completing worker may kee
 const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
 
 /**
- * The module of a core. All shapes have lights; meshes only if they are wanted, and a single file has the one or the other.
+ * The module of a core. All shapes have lights and edges; meshes only if they are wanted, or in a single file.
  *
- * @param {CoreName} core @param {boolean} isLit @returns {CoreName | "core.mesh.light"}
+ * @param {CoreName} core @param {boolean} hasExtras @returns {CoreName | "core.mesh.light"}
  */
-function moduleOf(core, isLit) {
-  return core === "core.mesh" && (isLit || !isThere("core.mesh.wasm")) ? "core.mesh.light" : core;
+function moduleOf(core, hasExtras) {
+  return core === "core.mesh" && (hasExtras || !isThere("core.mesh.wasm")) ? "core.mesh.light" : core;
 }
 
 /** For all workers of a page: compiled once. @type {Map<string, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
 
-/** @param {CoreName} core @param {boolean} isLit */
-function compiledCore(core, isLit) {
-  const name = moduleOf(core, isLit), module = compiled.get(name) ?? compileCore(canLendThreads() ? /** @type {const} */ (`${name}.threads`) : name);
+/** @param {CoreName} core @param {boolean} hasExtras */
+function compiledCore(core, hasExtras) {
+  const name = moduleOf(core, hasExtras), module = compiled.get(name) ?? compileCore(canLendThreads() ? /** @type {const} */ (`${name}.threads`) : name);
   compiled.set(name, module);
   module.catch(() => compiled.delete(name)); // for another try
   return module;
@@ -82,7 +82,7 @@ class Crew {
   #leaving = 0;
   /** @type {CoreName} */
   #core = "core.mesh";
-  #isLit = false; // whether a core of meshes has lights
+  #hasExtras = !isThere("core.mesh.wasm"); // whether a core of meshes has lights and edges
   /** @type {Completers | undefined} */
   #completers;
   #reading = new Reading();
@@ -209,14 +209,19 @@ class Crew {
 
   /** Starts the workers for a viewing, if necessary. @param {Viewing} viewing */
   #start(viewing) {
-    const all = [viewing, ...this.#waiting], needsAll = all.some(({ core }) => core === "core"), needsLight = all.some(({ isLit }) => isLit);
-    const isTooSmall = this.#core === "core.mesh" && (needsAll || (needsLight && !this.#isLit));
+    const all = [viewing, ...this.#waiting], needsAll = all.some(({ core }) => core === "core"), needsExtras = all.some((one) => one.needsExtras);
+    const isTooSmall = this.#core === "core.mesh" && (needsAll || (needsExtras && !this.#hasExtras));
     if (isTooSmall) {
       this.#end();
       if (needsAll) this.#core = "core";
-      this.#isLit ||= needsLight;
+      this.#hasExtras ||= needsExtras;
     }
-    this.#completers ??= new Completers(compiledCore(this.#core, this.#isLit), NETWORKS[this.#core], (reply) => this.#receive(reply));
+    this.#completers ??= new Completers(compiledCore(this.#core, this.#hasExtras), NETWORKS[this.#core], (reply) => this.#receive(reply));
+  }
+
+  /** Whether the workers' core has lights and edges. */
+  get hasExtras() {
+    return this.#core === "core" || this.#hasExtras;
   }
 
   /** Ends all workers. */
@@ -236,7 +241,7 @@ class Crew {
   /** @param {number} size number of threads @returns {Pool} */
   #createPool(size) {
     const { leader } = /** @type {Completers} */ (this.#completers), isShown = () => pool === this.#pools.shown;
-    const pool = new Pool(size, compiledCore(this.#core, this.#isLit), leader, (traced) => isShown() && this.#holder?.traced(traced),
+    const pool = new Pool(size, compiledCore(this.#core, this.#hasExtras), leader, (traced) => isShown() && this.#holder?.traced(traced),
                           (message) => isShown() && this.#lost(message));
     return pool;
   }
@@ -355,7 +360,7 @@ class Crew {
 
   /** @param {import("./reading.js").Source} source @param {CoreName} core that reads it @returns {import("./reading.js").ReadFile} */
   read(source, core) {
-    return this.#reading.read(source, compiledCore(core, this.#isLit && core === this.#core));
+    return this.#reading.read(source, compiledCore(core, this.#hasExtras && core === this.#core));
   }
 
   /** Sets how pictures are painted. @param {import("./completing.js").Showing} showing */

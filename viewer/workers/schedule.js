@@ -45,7 +45,7 @@ export class Schedule {
   side = 2;
   /** Whether lights replace the headlight. */
   isLit = false;
-  /** Thickness of lines at visible edges of a resting view, in pixels; 0 for no lines. */
+  /** Thickness of lines at visible edges, in pixels of the picture at rest; 0 for no lines. */
   thickness = 0;
   /** Rays per second, as last traced by all workers. */
   raysPerSecond = 0;
@@ -291,7 +291,7 @@ export class Schedule {
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
       studio, rests: this.#step > 0,
-      cutaway: this.#cutaway, thickness: this.thickness,
+      cutaway: this.#cutaway, thickness: this.thickness / this.#scale,
     });
   }
 }

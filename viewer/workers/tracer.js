@@ -23,14 +23,14 @@
  *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
  *   `studio`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
- * @typedef {"probe" | "pick" | "about" | "measure"} Question a method of Scene, with its values
+ * @typedef {"probe" | "pick" | "snap" | "about" | "measure"} Question a method of Scene, with its values
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
- *   expected: Float32Array | null}} Samples
+ *   expected: Float32Array | null, covered: Uint8Array | null}} Samples
  *   to the completing worker, once per batch: model: the network for the picture; pixels (n, 2), row and column;
  *   samples (n, C), from Scene.trace; expected: with the first batch of a view, reprojected samples overwritten by
  *   traced ones, (C, height, width) of the displayed channels; null if there are no reprojected samples. The array is
- *   returned
+ *   returned. covered: the share of each pixel that coarse lines cover, 0..255, if the batch has a thickness
  * @typedef {import("../picture/gbuffer.js").Strip} Strip
  * @typedef {{kind: "rows", batch: Batch, isColored: boolean, strips: Strip[]}} Strips the same in the phase "rows"
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
@@ -86,6 +86,8 @@ const SLICE_MS = 5;
 const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
 const LARGEST_SLICE = 2 ** 18; // pixels, at rest
 const BAND = 64; // rows of lines: each band looks at a few rows more, and movement waits for the one under way
+const LINES_SHARE = 0.4; // of the time of a picture in an order, for its lines
+const STEPS = [1, 2, 3, 4, 6, 8]; // pixels between first hits of these lines
 const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
@@ -297,7 +299,7 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
   const of = view?.id === batch.view && !view.ended ? view : beginView(scene, planning, batch);
   const { sequence, size, mode } = of, known = Math.max(of.known, sequence.done / total);
   const model = planning.completion(mode, known, batch.milliseconds, parts);
-  const end = begin + planning.forTracing(mode, model, batch.milliseconds);
+  const end = begin + planning.forTracing(mode, model, (batch.thickness > 0 ? 1 - LINES_SHARE : 1) * batch.milliseconds);
   /** @type {{pixels: Int32Array, samples: Float32Array}[]} */
   const slices = [];
   return {
@@ -326,10 +328,20 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
       of.expected = null;
       const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
       const samples = joined(Float32Array, slices.map((slice) => slice.samples));
-      const message = { kind: /** @type {const} */ ("samples"), batch, isColored: scene.layout === COLORED, model, pixels, samples, expected };
-      return { message, transfer: [pixels.buffer, samples.buffer, ...(expected ? [expected.buffer] : [])] };
+      const covered = batch.thickness > 0 ? coarseLines(scene, batch) : null;
+      const message = { kind: /** @type {const} */ ("samples"), batch, isColored: scene.layout === COLORED, model, pixels, samples, expected, covered };
+      return { message, transfer: [pixels, samples, expected, covered].flatMap((array) => (array ? [array.buffer] : [])) };
     },
   };
+}
+
+/** Lines of a picture in its time. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
+function coarseLines(scene, { camera, height, width, thickness, milliseconds }) {
+  const hits = (/** @type {number} */ step) => height * width / step ** 2, begin = performance.now();
+  const step = STEPS.find((each) => scene.lineMs * hits(each) < LINES_SHARE * milliseconds) ?? STEPS[STEPS.length - 1];
+  const covered = scene.coarseLines({ height, width }, camera, thickness, step);
+  scene.lineMs = (performance.now() - begin) / hits(step);
+  return covered;
 }
 
 /** The picture at rest of a batch. @param {Circumstances} circumstances */

@@ -172,7 +172,8 @@ void make_homogeneous(Face& face, const Sphere& sphere) {
     }
 }
 
-Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : SurfaceShape(sphere) {
+Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere)
+    : SurfaceShape(sphere), faces_(faces.begin(), faces.end()), tolerance_(tolerance) {
     std::vector<FacePatches> patches;
     for (const Face& face : faces) {
         const NurbsSurface& s = face.surface;

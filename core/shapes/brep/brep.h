@@ -1,15 +1,19 @@
 /// Boundary representations: trimmed NURBS surfaces, traced as one shape.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "base/once.h"
 #include "nurbs/nurbs.h"
 #include "nurbs/trim.h"
 #include "shapes/brep/pieces.h"
+#include "shapes/edges.h"
 #include "shapes/solid.h"
 
 namespace bob {
@@ -52,9 +56,18 @@ public:
     /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::uint32_t face(const Hit& hit) const override { return numbers_[pieces_.patches[hit.primitive].face]; }
+    /// Borders of faces, each once, without seams between pieces of one face.
+    [[nodiscard]] const std::vector<ShapeEdge>* edges() const override;
     [[nodiscard]] std::size_t bytes() const override;
 
     [[nodiscard]] const Pieces& pieces() const { return pieces_; }
+
+    /// The area of faces, and the volume that they enclose if they are closed; in the coordinates of rays.
+    struct Amount {
+        double area = 0;
+        std::optional<double> volume;
+    };
+    [[nodiscard]] Amount amount(std::size_t begin, std::size_t end) const;
 
     /// The maximum of a convex function over the faces, at most `tolerance` too large; -inf if the trims leave nothing.
     [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
@@ -79,14 +92,19 @@ private:
     [[nodiscard]] Solid find_solid() const override;
     /// Each face is a part; its front is that of dS/du x dS/dv.
     void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const override;
+    /// 1 if dS/du x dS/dv leads out of the solid at a point of a face, -1 if into it; 0 if both sides are alike.
+    [[nodiscard]] double outward(std::size_t face, const std::array<double, 2>& inside) const;
     /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
     void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;
 
+    std::vector<Face> faces_;
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
     Search search_;
     std::vector<Vec3> colors_;  // of the faces, if any has one
     std::vector<std::uint32_t> numbers_;  // of the faces
+    double tolerance_;
+    mutable Once<std::vector<ShapeEdge>> edges_;
 };
 
 }  // namespace bob

@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "base/mutex.h"
+#include "base/once.h"
 #include "base/vec.h"
 #include "shapes/mesh/normals.h"
 #include "shapes/mesh/outline.h"
 #include "shapes/mesh/texture.h"
 #include "shapes/mesh/triangles.h"
+#include "shapes/edges.h"
 #include "shapes/solid.h"
 
 namespace bob {
@@ -67,6 +69,9 @@ public:
 
     [[nodiscard]] const Arrays& arrays() const { return arrays_; }
 
+    /// Edges: where the shading normal jumps, and those of a single triangle. Not virtual: small pages leave them out.
+    [[nodiscard]] const std::vector<ShapeEdge>& creases() const;
+
     /// The unit normals at the triangles' corners, which shading interpolates.
     [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 
@@ -119,6 +124,7 @@ private:
     mutable Outline outline_;
     mutable Mutex preparing_;
     mutable std::unique_ptr<const Prepared> prepared_;
+    mutable Once<std::vector<ShapeEdge>> edges_;
 };
 
 }  // namespace bob

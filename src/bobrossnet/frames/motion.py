@@ -142,7 +142,7 @@ class View:
                 self._frames.forget()
                 raise
 
-    def pick(self, row: int, column: int) -> Pick | None:
+    def pick(self, row: int, column: int, *, snap: float = 0) -> Pick | None:
         """Return the surface at a pixel of the last frame, or before one as the default camera sees it; None where
         there is none.
 
@@ -150,10 +150,12 @@ class View:
         ----------
         row, column : int
             Pixel, from the picture's top left.
+        snap : float
+            Pixels within which the point snaps to corners, edges and centers, as in `bobrossnet.pick`.
         """
         if self._scene is None:
             raise InputError("pick: expected a view of a scene, got one of a tracer, whose surfaces are not known")
-        return pick(self._scene, row, column, self._camera, size=self.size)
+        return pick(self._scene, row, column, self._camera, size=self.size, snap=snap)
 
     def forget(self) -> None:
         """Discard all samples: for tracers whose shapes or lights have changed."""

@@ -88,7 +88,8 @@ class FaceMeasures:
     area: float | None
     """Of the face, in squares of the unit; of a cylinder and the like with the neighbours that continue it."""
     thickness: float | None
-    """Length from the point to the next surface, along the normal into the shape; None without a second surface."""
+    """Length from the point to the next surface, along the normal into the shape; None without a second surface, and
+    for a snapped point."""
     thickness_along_ray: float | None
     """The same along the line of sight."""
     unit: str | None
@@ -107,6 +108,8 @@ class Between:
     gap: float | None
     """Between the planes or the axes of two faces, if these are parallel."""
     unit: str | None
+    ends: tuple[str, str]
+    """The two points in words, such as "corner" or "centre of a circle, radius 4 mm"; "point" if not snapped."""
 
 
 @overload
@@ -289,7 +292,9 @@ def _of_face(pick: Pick, scale: float, unit: str | None) -> FaceMeasures:
 
 
 def _thickness(pick: Pick, direction: Point) -> float | None:
-    """Return the length from a pick through the shape to the next surface of its scene."""
+    """Return the length from a pick through the shape to the next surface of its scene; None from a snapped point."""
+    if pick.snapped is not None:
+        return None
     step = APART * pick.scene.radius
     found = first_surface(pick.scene, pick.point + step * direction, direction)
     return None if found is None else float(np.linalg.norm(found.point - pick.point))
@@ -338,8 +343,22 @@ def _between(a: Pick, b: Pick, scale: float, unit: str | None) -> Between:
     angle = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a.normal, b.normal)), a.normal @ b.normal)))
     gap = _gap(*(_surface_of(pick) for pick in (a, b)))
     return Between(
-        scale * float(np.linalg.norm(offset)), scale * offset, angle, None if gap is None else scale * gap, unit
+        scale * float(np.linalg.norm(offset)),
+        scale * offset,
+        angle,
+        None if gap is None else scale * gap,
+        unit,
+        (_said(a, scale, unit), _said(b, scale, unit)),
     )
+
+
+def _said(pick: Pick, scale: float, unit: str | None) -> str:
+    """Return what a pick was snapped to, in words."""
+    if pick.radius is not None:
+        what = "centre" if pick.snapped == "center" else "edge"
+        return f"{what} of a circle, radius {scale * pick.radius:.6g}{f' {unit}' if unit else ''}"
+    words = {None: "point", "middle": "middle of an edge", "center": "centre of a circle"}
+    return words.get(pick.snapped, str(pick.snapped))
 
 
 def _surface_of(pick: Pick) -> Surface:

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.camera import CameraLike, as_camera
+from bobrossnet import _core
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera
 from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.shapes.affine import Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
-from bobrossnet.support.errors import check_integer
+from bobrossnet.support.errors import check_integer, check_number
 from bobrossnet.tracing.parts import Part, part_at
 from bobrossnet.tracing.pixels import pixel_rays
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -42,10 +43,20 @@ class Pick:
     scene: Scene = field(repr=False)
     section: int | None = None
     """Index into `Scene.section` if the point is on a cap."""
+    snapped: str | None = None
+    """corner, middle (of an edge), center (of a circle) or edge, if the point was snapped to one."""
+    radius: float | None = None
+    """Of the circle whose center or edge the point was snapped to."""
 
 
 def pick(
-    scene: SceneLike, row: int, column: int, camera: CameraLike | None = None, *, size: SizeLike = (480, 640)
+    scene: SceneLike,
+    row: int,
+    column: int,
+    camera: CameraLike | None = None,
+    *,
+    size: SizeLike = (480, 640),
+    snap: float = 0,
 ) -> Pick | None:
     """Return the surface that a camera sees at the centre of a pixel; None on the background.
 
@@ -56,11 +67,15 @@ def pick(
         Pixel, from the picture's top left.
     camera, size
         As of the picture.
+    snap : float
+        Pixels within which the point snaps to a visible corner, the middle of an edge, the center of a circular edge,
+        or else to the nearest edge. Edges are borders of NURBS faces, and creases and open borders of meshes; formulas,
+        tubes and caps of sections have none. The face is one next to the edge.
 
     Raises
     ------
     InputError
-        If there is no such pixel.
+        If there is no such pixel, or snap is below 0.
 
     Examples
     --------
@@ -73,6 +88,10 @@ def pick(
     camera = as_camera(camera, scene)
     height, width = check_size(size)
     row, column = check_integer("row", row, 0, height - 1), check_integer("column", column, 0, width - 1)
+    reach = check_number("snap", snap, 0, max(height, width))
+    found = _snapped(scene, camera, row, column, (height, width), reach) if reach > 0 else None
+    if found is not None:
+        return found
     pixel = np.array([[row, column]], np.int32)
     _, origins, directions = pixel_rays(camera, scene.center, scene.radius, (height, width), pixel)
     if not len(origins):  # a ray that passes the bounding sphere
@@ -87,6 +106,19 @@ def pick(
     core = camera.core(scene.center, scene.radius)
     normal = core.in_scene(height, width, on_screen, pixel.astype(np.float32))[0].astype(np.float64)
     return replace(found, normal=_unit(normal))
+
+
+def _snapped(scene: Scene, camera: Camera, row: int, column: int, size: Size, reach: float) -> Pick | None:
+    core = camera.core(scene.center, scene.radius)
+    snapped = _core.snap(scene.core, core, *size, row, column, reach)
+    if snapped is None:
+        return None
+    kind, point, radius, origin, direction = snapped
+    found = first_surface(scene, np.array(origin) * scene.radius + scene.center, _unit(np.array(direction)))
+    if found is None:
+        return None
+    place = scene.center + scene.radius * np.array(point)
+    return replace(found, point=place, snapped=kind, radius=None if radius is None else radius * scene.radius)
 
 
 def first_surface(scene: Scene, origin: Point, direction: Point) -> Pick | None:

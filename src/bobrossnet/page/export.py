@@ -75,7 +75,7 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
     """
     check_writable(file)
     look = look or {}
-    parts = {**single_file_parts(scene, is_lit="light" in look), "scene.bob": deflated(packed(scene))}
+    parts = {**single_file_parts(scene), "scene.bob": deflated(packed(scene))}
     modules = Modules(VIEWER)
     script = joined(Modules(VIEWER, {BROUGHT: brought(modules, parts)}), SINGLE).replace("</", "<\\/")
     policy = "; ".join(
@@ -93,11 +93,11 @@ def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str
     write_whole(file, text.encode())
 
 
-def single_file_parts(scene: SceneLike, *, is_lit: bool = False) -> dict[str, str]:
+def single_file_parts(scene: SceneLike) -> dict[str, str]:
     """Return the parts that show a scene, for `joining.brought`: a core for all browsers, the small one for meshes."""
     check_built()
     are_meshes = all(isinstance(instance.shape, Mesh) for instance in as_scene(scene).instances)
-    core = ("core.mesh.light.wasm" if is_lit else "core.mesh.wasm") if are_meshes else "core.wasm"
+    core = "core.mesh.light.wasm" if are_meshes else "core.wasm"
     files = {core: VIEWER / core}
     files |= {f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS}
     return {path: deflated(file.read_bytes()) for path, file in files.items()}

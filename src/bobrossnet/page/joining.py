@@ -29,6 +29,8 @@ ENTRIES = (
 
 APART = (
     "component/cube.js",
+    "component/handles.js",
+    "component/marker.js",
     "component/orientation.js",
     "component/saying.js",
     "component/spots.js",

@@ -28,7 +28,7 @@ NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
 def script(scene: Scene) -> str:
     """Return the widget's module with everything that it needs to show a scene, in any light."""
     modules = Modules(VIEWER)
-    parts = single_file_parts(scene, is_lit=True)
+    parts = single_file_parts(scene)
     return joined(Modules(VIEWER, {BROUGHT: brought(modules, parts)}), WIDGET)
 
 
