@@ -44,8 +44,9 @@ ON_THREADS := tests/test_async_tracers.py tests/test_complete.py tests/test_cust
 IN_THE_CORE := $(ON_THREADS) tests/test_cases_of_meshes.py tests/test_channels.py tests/test_container.py tests/test_files.py \
   tests/test_formula.py tests/test_gbuffer.py tests/test_gltf.py tests/test_guided.py tests/test_mesh_word.py tests/test_nurbs.py tests/test_nurbs_basis.py tests/test_order.py tests/test_script.py tests/test_sdf.py
 
+# GCC 12 finds faults in code that it has instrumented itself, so that its warnings are no errors here.
 check-threads: $(VENV)/installed-test
-	$(call core_tests,threads,-DBOBROSSNET_SANITIZE=thread,setarch -R)
+	$(call core_tests,threads,-DBOBROSSNET_SANITIZE=thread -DBOBROSSNET_WERROR=OFF,setarch -R)
 	$(call sanitized_module,threads-module,thread)
 	TSAN_OPTIONS="halt_on_error=1 ignore_noninstrumented_modules=1" $(call sanitized,tsan,threads-module) $(ON_THREADS)
 

@@ -330,6 +330,17 @@ def test_numbers_show_the_sides(shown):
     assert camera(page) == bob.Camera()
 
 
+def test_a_key_goes_on_from_where_the_last_one_leads(shown):
+    page = shown(reduced_motion="no-preference")
+    page.evaluate(f"""() => {{
+      const picture = {VIEW}.shadowRoot.querySelector("[tabindex]");
+      for (const key of ["4", "ArrowRight", "p"]) picture.dispatchEvent(new KeyboardEvent("keydown", {{ key }}));
+    }}""")
+    view = camera(page)
+    assert (view.azimuth, view.elevation) == (SIDES["back"][0] + 5, SIDES["back"][1])
+    assert view.fov > 0
+
+
 @pytest.mark.parametrize("fov", [0, 50])
 def test_fit_fills_the_picture(shown, fov):
     """As bobrossnet.fitted, which has the vertices."""

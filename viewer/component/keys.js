@@ -27,26 +27,27 @@ export const home = ({ fov }) => ({ ...HOME, fov });
 export function listenToKeys(element, motion, camera, actions, signal) {
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const { azimuth, elevation, roll, fov } = camera(), pan = PAN * Math.min(element.clientHeight, element.clientWidth) / 2;
+    const pan = PAN * Math.min(element.clientHeight, element.clientWidth) / 2;
+    const turn = (/** @type {"azimuth" | "elevation" | "roll"} */ name, /** @type {number} */ by) => motion.turnTo({ [name]: camera()[name] + by });
     const goTo = (/** @type {Partial<Camera>} */ view) => motion.goTo(view, "user-interaction");
     /** @type {Record<string, () => void>} */
     const does = event.shiftKey ? {
       ArrowLeft: () => motion.pan(pan, 0), ArrowRight: () => motion.pan(-pan, 0), ArrowDown: () => motion.pan(0, -pan), ArrowUp: () => motion.pan(0, pan),
     } : {
-      ArrowLeft: () => motion.turnTo({ azimuth: azimuth - DEGREES }), ArrowRight: () => motion.turnTo({ azimuth: azimuth + DEGREES }),
-      ArrowDown: () => motion.turnTo({ elevation: elevation - DEGREES }), ArrowUp: () => motion.turnTo({ elevation: elevation + DEGREES }),
-      "[": () => motion.turnTo({ roll: roll - DEGREES }), "]": () => motion.turnTo({ roll: roll + DEGREES }),
+      ArrowLeft: () => turn("azimuth", -DEGREES), ArrowRight: () => turn("azimuth", DEGREES),
+      ArrowDown: () => turn("elevation", -DEGREES), ArrowUp: () => turn("elevation", DEGREES),
+      "[": () => turn("roll", -DEGREES), "]": () => turn("roll", DEGREES),
       Home: actions.home, 0: actions.home, f: actions.fit, Enter: actions.pick, Escape: () => element.blur(),
       x: () => actions.section(0), y: () => actions.section(1), z: () => actions.section(2), e: actions.edges,
       ...Object.fromEntries(VIEW_NAMES.map((name, i) => [i + 1, () => goTo(VIEWS[name])])),
     };
     const zoomIn = () => motion.zoom(ZOOM), zoomOut = () => motion.zoom(1 / ZOOM);
     Object.assign(does, {
-      "+": zoomIn, "=": zoomIn, "-": zoomOut, PageUp: zoomIn, PageDown: zoomOut, p: () => motion.change({ fov: fov ? 0 : PERSPECTIVE }),
+      "+": zoomIn, "=": zoomIn, "-": zoomOut, PageUp: zoomIn, PageDown: zoomOut, p: () => motion.change({ fov: camera().fov ? 0 : PERSPECTIVE }),
     });
     if (!Object.hasOwn(does, event.key)) return;
     event.preventDefault();
-    motion.stop();
+    motion.finish(); // a key goes on from where the last one leads
     does[event.key]();
   }, { signal });
 }

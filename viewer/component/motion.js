@@ -21,6 +21,7 @@ export class Motion {
   #size;
   #frame = 0;
   #ended = () => {};
+  #arrive = () => {};
 
   /**
    * @param {() => Camera} camera the current camera
@@ -63,7 +64,14 @@ export class Motion {
 
   stop() {
     cancelAnimationFrame(this.#frame);
+    this.#arrive = () => {};
     this.#ended();
+  }
+
+  /** Ends a movement at its destination; inertia has none, and stops. */
+  finish() {
+    this.#arrive();
+    this.stop();
   }
 
   /** Goes on with a movement, ever more slowly. @param {(x: number, y: number) => void} step @param {number} x @param {number} y pixels per millisecond */
@@ -90,7 +98,7 @@ export class Motion {
     const [azimuth, roll] = [around(to.azimuth - from.azimuth), around(to.roll - from.roll)];
     this.stop();
     if (isCalm()) return this.#move(to, source);
-    await this.#animate((now) => {
+    const moved = this.#animate((now) => {
       const part = Math.min(1, now / WAY_MS), share = part * part * (3 - 2 * part);
       const between = (/** @type {"elevation" | "panX" | "panY" | "fov"} */ name) => from[name] + share * (to[name] - from[name]);
       this.#move(part === 1 ? to : valid({
@@ -99,6 +107,8 @@ export class Motion {
       }), source);
       return part < 1;
     });
+    this.#arrive = () => this.#move(to, source);
+    await moved;
   }
 
   /** @param {(now: number) => boolean} step milliseconds since the start; whether it goes on @returns {Promise<void>} */
@@ -106,7 +116,7 @@ export class Motion {
     this.stop();
     const begin = performance.now(), next = () => {
       if (step(performance.now() - begin)) this.#frame = requestAnimationFrame(next);
-      else this.#ended();
+      else this.stop();
     };
     this.#frame = requestAnimationFrame(next);
     return new Promise((resolve) => (this.#ended = resolve));

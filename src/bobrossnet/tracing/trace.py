@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,7 +14,7 @@ from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.light_shown import shown_to_orders
-from bobrossnet.picture.order import SizeLike, check_order, check_pixels, check_size, pixel_count
+from bobrossnet.picture.order import Size, SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag
@@ -194,24 +194,41 @@ def traced_light(
     Background pixels are free: the share counts only pixels where the guides hit a surface or the ground.
     """
     guides, planes = tracer.guides(), untraced_planes(tracer.size, LIT)
+    batches = _all_in_rows(tracer.size) if fraction == 1 else _chosen(guides, planes, fraction, order, seed)
+    for pixels, share in batches:
+        scatter(tracer(pixels), pixels, planes, LIT)
+        if progress is not None:
+            progress(share)
+    return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
+
+
+def _all_in_rows(size: Size) -> Iterator[tuple[NDArray[np.int32], float]]:
+    """Yield batches of neighbouring pixels, whose paths share more of the scene, and the share done by then."""
+    height, width = size
+    pixels = np.arange(height * width, dtype=np.int32)
+    for first in range(0, len(pixels), LIT_BATCH):
+        batch = pixels[first : first + LIT_BATCH]
+        yield np.stack(np.divmod(batch, np.int32(width)), -1), (batch[-1] + 1) / len(pixels)
+
+
+def _chosen(
+    guides: Guides, planes: NDArray[np.float32], fraction: float, order: str, seed: int
+) -> Iterator[tuple[NDArray[np.int32], float]]:
+    """Yield batches of an order, until a share of the pixels that show something, and the share of these done by then.
+
+    Each batch must be in the planes before the next is asked for.
+    """
+    size = planes.shape[1], planes.shape[2]
     shows = guides.hit > 0 if guides.ground is None else (guides.hit > 0) | (guides.ground.hit > 0)
     count = max(1, round(fraction * np.count_nonzero(shows)))
-    if fraction == 1:
-        shows, count = np.ones_like(shows), shows.size
-    sequence = PixelSequence(tracer.size, order if fraction < 1 else "lattice", seed, guides)
+    sequence = PixelSequence(size, order, seed, guides)
     done = 0
-    while done < count:
+    while done < count and (wanted := min(LIT_BATCH, count - done, planes[0].size - sequence.done)) > 0:
         shown = GBuffer.from_stack(planes.view(), LIT, guides, is_display_referred=False)
         shown = shown_to_orders(shown) if sequence.looks else shown
-        wanted = min(LIT_BATCH, count - done, planes[0].size - sequence.done)
-        if wanted == 0:  # only background is left
-            break
         pixels = sequence.next(wanted, shown.planes, shown.layout)
-        scatter(tracer(pixels), pixels, planes, LIT)
         done += int(np.count_nonzero(shows[pixels[:, 0], pixels[:, 1]]))
-        if progress is not None:
-            progress(min(1, done / count))
-    return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
+        yield pixels, min(1, done / count)
 
 
 def check_samples(samples: Any, count: int) -> Samples:
