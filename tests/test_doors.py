@@ -9,6 +9,7 @@ import trimesh
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.command_line import cli
 from bobrossnet.sdf import sphere
 
 SIZE = (36, 48)
@@ -32,6 +33,25 @@ def test_paths_are_scenes(file, kind):
     assert bob.View(path, size=SIZE).frame(bob.Camera(), fraction=1).gbuffer.mask.all()
     assert bob.fitted(path).zoom > 0
     assert len(bob.Scene([path, sphere(1), path]).instances) == 3
+
+
+def test_a_picture_of_a_file_is_upright_and_fills_the_frame(tmp_path):
+    """Without a camera, as on the command line; with one, as stored."""
+    path, out = str(tmp_path / "table.ply"), str(tmp_path / "table.png")
+    top, legs = (1.6, 0.1, 1), [(x, z) for x in (-0.7, 0.7) for z in (-0.4, 0.4)]  # y is up
+    parts = [trimesh.creation.box(top).apply_translation((0, 1.05, 0))]
+    parts += [trimesh.creation.box((0.1, 1, 0.1)).apply_translation((x, 0.5, z)) for x, z in legs]
+    trimesh.util.concatenate(parts).export(path)
+    with pytest.warns(bob.InputWarning, match="its y is taken as up"):
+        picture = bob.render(path, size=SIZE)
+    assert cli.main(["render", path, "--size", "48x36", "-o", out, "--quiet"]) == 0
+    with Image.open(out) as image:
+        assert np.array_equal(np.asarray(image), picture.rgba)
+    rows = np.flatnonzero(picture.alpha.any(1))
+    assert len(rows) > 0.85 * SIZE[0]
+    stored = bob.render(bob.load(path), size=SIZE)
+    assert np.array_equal(bob.render(path, bob.Camera(), size=SIZE).rgba, stored.rgba)
+    assert not np.array_equal(stored.rgba, picture.rgba)
 
 
 def test_a_missing_file_is_named(file):

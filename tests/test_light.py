@@ -10,6 +10,7 @@ from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.color import to_srgb
 from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
 from bobrossnet.picture.environment import read_hdr
@@ -421,6 +422,26 @@ def test_radiance_files_are_read(runs):
     for cut in (1, 20, len(data) - 40, len(data) - 1):
         with pytest.raises(bob.InputError, match="image: "):
             read_hdr(data[:cut])
+
+
+# ---- Edges -----------------------------------------------------------------------------------------------
+
+
+def test_edges_within_a_texture_are_means_over_their_pixels():
+    """Dark components keep their highlights, and bright ones take no light from dark neighbours."""
+    colors = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (0, 0, 0), (255, 255, 255)], np.uint8)
+    texture = colors[np.random.default_rng(0).integers(0, 5, (16, 16))].repeat(8, 0).repeat(8, 1)
+    corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    sheet = bob.Mesh(corners, [(0, 1, 2), (0, 2, 3)], uv=[(0, 0), (1, 0), (1, 1), (0, 1)], texture=texture)
+    scene = bob.Scene(bob.Instance(sheet, material=bob.Material("#fff", metallic=0, roughness=0.4)))
+    camera = bob.Camera(elevation=50)
+    picture = bob.render(scene, camera, size=SIZE, light="studio", ground=False)
+    expected = lit(scene, "studio", camera, paths=256, apart=True)["color"]
+    inside = inner(picture.alpha == 1, 1)
+    error = 255 * (to_srgb(picture.color) - to_srgb(expected))[inside]
+    assert inside.sum() > 500
+    assert np.abs(error).mean() < 5
+    assert abs(error.mean()) < 3
 
 
 # ---- The ground ------------------------------------------------------------------------------------------

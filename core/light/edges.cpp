@@ -13,10 +13,10 @@ namespace {
 /// From such differences between neighbours on, there is an edge between them.
 constexpr float unlike_depth = 0.02f, unlike_normal = 0.3f, unlike_albedo = 0.1f;
 
-/// Squared pixels that a difference of 1 in depth or normal counts for, where light is taken from a neighbour.
+/// Squared pixels that a difference of 1 in depth, normal or albedo counts for, where light is taken from a neighbour.
 constexpr float unlike = 30;
 
-/// By less than this light is not divided, as in completion/guided_surfaces.cpp.
+/// Minimum divisor and factor of light, as in completion/guided_surfaces.cpp: dark albedo reflects highlights as well.
 constexpr float least_albedo = 0.02f;
 
 constexpr int around[] = {0, -1, 1};
@@ -59,7 +59,7 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
     parallel_for(edges.size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             struct Neighbour {
-                float depth, normal_x, normal_y, light[3], squared;
+                float depth, normal_x, normal_y, albedo[3], light[3], squared;
             };
             std::array<Neighbour, 9> neighbours;
             std::size_t count = 0;
@@ -73,8 +73,11 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
                     if (ground && ground[i] > 0 && squared < nearest) nearest = squared, lost = alpha[i];
                     if (guide(first_hit::mask) == 0) continue;
                     Neighbour& to = neighbours[count++];
-                    to = {guide(first_hit::depth), guide(first_hit::normal_x), guide(first_hit::normal_y), {}, squared};
-                    for (std::size_t c = 0; c < 3; ++c) to.light[c] = color[c * pixels + i] / std::max(guide(first_hit::red + c), least_albedo);
+                    to = {guide(first_hit::depth), guide(first_hit::normal_x), guide(first_hit::normal_y), {}, {}, squared};
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        to.albedo[c] = std::max(guide(first_hit::red + c), least_albedo);
+                        to.light[c] = color[c * pixels + i] / to.albedo[c];
+                    }
                 }
             }
             Whole sum{};
@@ -83,15 +86,18 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
                 if (hit[first_hit::ground] > 0) sum.alpha += lost;
                 if (hit[first_hit::mask] == 0) continue;
                 sum.alpha += 1;
+                float albedo[3];
+                for (std::size_t c = 0; c < 3; ++c) albedo[c] = std::max(hit[first_hit::red + c], least_albedo);
                 float least = std::numeric_limits<float>::infinity();
                 const float* light = nullptr;
                 for (std::size_t j = 0; j < count; ++j) {
                     const Neighbour& other = neighbours[j];
+                    const float off_albedo = std::abs(albedo[0] - other.albedo[0]) + std::abs(albedo[1] - other.albedo[1]) + std::abs(albedo[2] - other.albedo[2]);
                     const float apart = unlike * (std::abs(hit[first_hit::depth] - other.depth) + std::abs(hit[first_hit::normal_x] - other.normal_x) +
-                                                  std::abs(hit[first_hit::normal_y] - other.normal_y)) + other.squared;
+                                                  std::abs(hit[first_hit::normal_y] - other.normal_y) + off_albedo) + other.squared;
                     if (apart < least) least = apart, light = other.light;
                 }
-                for (std::size_t c = 0; light && c < 3; ++c) sum.color[c] += light[c] * hit[first_hit::red + c];
+                for (std::size_t c = 0; light && c < 3; ++c) sum.color[c] += light[c] * albedo[c];
             }
             const float share = 1 / static_cast<float>(per_pixel);
             whole[n] = {{share * sum.color[0], share * sum.color[1], share * sum.color[2]}, share * sum.alpha};

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.adapters.files import load
 from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
@@ -17,8 +18,10 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
 from bobrossnet.pictures.background import Background, background_rows, picture_of
 from bobrossnet.pictures.drawing import Drawing, EdgesLike, check_edges, drawing_of
+from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.support.errors import InputError, check_integer
+from bobrossnet.support.paths import is_path
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -56,8 +59,10 @@ def render(
 
     Parameters
     ----------
-    scene : Scene, Shape, Instance or iterable of these
+    scene : Scene, Shape, Instance, path or iterable of these
     camera : Camera, optional
+        By default, the file of a single path is turned upright, as by `load` with up="auto", and fitted to the picture,
+        as by `fitted`. Other scenes are seen by `Camera()`, from their front if they have one.
     size : (height, width) or "WIDTHxHEIGHT"
     samples : int, 1..64
         Maximum number of rays in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Only pixels at edges get more
@@ -100,9 +105,12 @@ def render(
     >>> picture.rgba.shape, picture.rgba[0, 0].tolist()
     ((120, 160, 4), [255, 255, 255, 255])
     """
+    check_picture(samples, background, size)
+    if camera is None and is_path(scene):
+        scene = load(scene, up="auto")
+        camera = fitted(scene.sectioned(None), size=size, margin=margin_of(scene, light, ground))
     scene = as_scene(scene, section)
     camera = as_camera(camera, scene)
-    check_picture(samples, background, size)
     lines = check_edges(edges)
     lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
     if lit is not None:
