@@ -21,6 +21,7 @@ using Points = Array<const float, -1, 3>;
 using Pixels = Array<const std::int32_t, -1, 2>;
 using Samples = Array<float, -1, -1>;     // (n, C)
 using Planes = Array<float, -1, -1, -1>;  // (C, height, width)
+using Plane = Array<float, -1, -1>;
 using ConstPlane = Array<const float, -1, -1>;
 using ConstPlanes = Array<const float, -1, -1, -1>;
 

@@ -98,25 +98,26 @@ void complete_along(const bob::Layout& known, const ConstPlanes& planes, const b
 }
 
 void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
-                     const bob::Layout& completed, bool covered_only, const Planes& output) {
+                     const bob::Layout& completed, bool covered_only, const Planes& output, const std::optional<Plane>& noise) {
     check_planes(known, planes, completed, output);
+    expect(!noise || (noise->shape(0) == planes.shape(1) && noise->shape(1) == planes.shape(2)), "noise: expected the planes' size");
     expect(guides.shape(0) == static_cast<std::size_t>(guides_layout.width()), "guides: expected the layout's width");
     expect(guides.shape(1) == planes.shape(1) && guides.shape(2) == planes.shape(2), "guides: expected the planes' size");
     expect(planes.shape(1) > 0 && planes.shape(2) > 0, "planes: expected at least one pixel");
     interruptible([&] {
         bob::complete_guided(known, planes.data(), guides_layout, guides.data(), *completed.begin(), static_cast<int>(planes.shape(1)),
-                             static_cast<int>(planes.shape(2)), covered_only, output.data());
+                             static_cast<int>(planes.shape(2)), covered_only, output.data(), noise ? noise->data() : nullptr);
     });
 }
 
 void complete_alpha(const bob::Layout& known, const ConstPlanes& planes, const ConstPlane& coverage, const ConstPlanes& ground,
-                    const Array<float, -1, -1>& alpha) {
+                    const Plane& alpha, const std::optional<Plane>& noise) {
     expect(planes.shape(0) == static_cast<std::size_t>(known.width()) && ground.shape(0) >= 2, "planes: expected the layout's, and 2 of the ground");
     const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
-    expect(has_size(planes, 1) && has_size(coverage, 0) && has_size(ground, 1), "planes: expected alpha's size");
+    expect(has_size(planes, 1) && has_size(coverage, 0) && has_size(ground, 1) && (!noise || has_size(*noise, 0)), "planes: expected alpha's size");
     interruptible([&] {
         bob::complete_alpha(known, planes.data(), coverage.data(), ground.data(), static_cast<int>(alpha.shape(0)), static_cast<int>(alpha.shape(1)),
-                            alpha.data());
+                            alpha.data(), noise ? noise->data() : nullptr);
     });
 }
 
@@ -166,10 +167,11 @@ void bind_completion(nb::module_& m) {
           "Completes the channel `completed` by its ratio to a guide known at all pixels; where traced pixels of the lattice agree, "
           "interpolates it. Values may have any range: `unit` counts as 1.");
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
-          "completed"_a, "covered_only"_a, "output"_a.noconvert(),
+          "completed"_a, "covered_only"_a, "output"_a.noconvert(), "noise"_a.noconvert().none() = nb::none(),
           "Completes gray or color, named by `completed`, along the mask, depth, normal and albedo of all pixels; `covered_only` leaves "
-          "pixels without coverage at 0.");
+          "pixels without coverage at 0. `noise` receives the standard deviation that own samples leave in pixels.");
     m.def("complete_alpha", &complete_alpha, "known"_a, "planes"_a.noconvert(), "coverage"_a.noconvert(), "ground"_a.noconvert(), "alpha"_a.noconvert(),
+          "noise"_a.noconvert().none() = nb::none(),
           "Completes the alpha of a picture of light: coverage, plus the shadow on the ground, whose mask and depth come first in `ground`.");
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert(),
           "Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges.");

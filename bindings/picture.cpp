@@ -115,7 +115,6 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     });
 }
 
-using Plane = Array<float, -1, -1>;
 
 template <class AnyPlane>
 void check_plane(const AnyPlane& plane, std::size_t height, std::size_t width) {

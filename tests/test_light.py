@@ -13,10 +13,11 @@ from bobrossnet import _core
 from bobrossnet.color import to_srgb
 from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
+from bobrossnet.completion.guided import noise_shown
 from bobrossnet.picture.environment import read_hdr
-from bobrossnet.pictures.rendering import finished
+from bobrossnet.pictures.rendering import finished, light_to_be_seen
 from bobrossnet.tracing.light import studio
-from bobrossnet.tracing.lit import LitTracer
+from bobrossnet.tracing.lit import LitTracer, lit_tracer
 from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.trace import traced_light
 
@@ -563,11 +564,12 @@ def test_views_under_the_headlight_are_as_they_were():
         bob.View(tracer=lambda camera, pixels: None, light="studio")
 
 
-def test_a_camera_at_rest_shows_the_picture_of_render():
+def test_a_camera_at_rest_shows_the_picture_of_all_paths():
     """Once each pixel has this camera's paths, earlier cameras do not matter."""
     scene = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))])
     light = bob.Light((1, 1, 2), angle=9)
-    expected = bob.render(scene, turned(3), size=SIZE, light=light, ground=True)
+    whole = traced_light(lit_tracer(scene, turned(3), SIZE, light, True), 1, "default", 0, None)
+    expected = finished(whole, scene, turned(3), samples=4, background=None, model="default")
     pictures = []
     for first in (0, 90):
         view = bob.View(scene, size=SIZE, light=light, ground=True)
@@ -640,6 +642,55 @@ def test_passes_go_on_until_the_error_is_small():
     errors = [np.abs(frame.image - truth).mean() for frame in (frames[0], frames[7])]
     assert errors[1] < errors[0]
     assert errors[1] < 0.01
+
+
+def plate_on_the_ground():
+    """A scene with a steep penumbra beside a contact."""
+    plate = bob.sdf.cylinder(1) & bob.sdf.slab(z0=0, z1=0.4)
+    return bob.Scene(plate)
+
+
+def test_noise_that_is_predicted_after_completion_is_there():
+    scene = plate_on_the_ground()
+    runs = [
+        traced_light(lit_tracer(scene, bob.Camera(), SIZE, "studio", None, seed=seed), 1, "default", 0, None)
+        for seed in range(12)
+    ]
+    predicted = np.mean([noise_shown(each) for each in runs], axis=0)
+    shown = np.array(
+        [
+            to_srgb(complete(each, "guided", channel="color")).max(-1) + complete(each, "guided", channel="alpha")
+            for each in runs
+        ]
+    )
+    noisy = predicted > 1 / 255
+    assert 0.01 < noisy.mean() < 0.3
+    assert 0.25 < np.median(shown.std(axis=0)[noisy] / predicted[noisy]) < 2
+    assert np.median(shown.std(axis=0)[predicted == 0]) < 1 / 255
+
+
+def test_where_noise_would_be_seen_pixels_are_traced_again():
+    scene = plate_on_the_ground()
+
+    def tracer(seed=0, paths=16):
+        return lit_tracer(scene, bob.Camera(), SIZE, "studio", None, seed=seed, paths=paths)
+
+    def alpha(gbuffer):
+        return complete(gbuffer, "guided", channel="alpha")
+
+    truth, once, seen = (
+        traced_light(tracer(1, 512), 1, "default", 0, None),
+        traced_light(tracer(), 1, "default", 0, None),
+        light_to_be_seen(tracer()),
+    )
+    again = (seen.gray != once.gray) | (seen.channel("shadow") != once.channel("shadow"))
+    assert 0 < again.mean() < 0.3
+    error, error_once = (np.square(alpha(each) - alpha(truth))[again].mean() for each in (seen, once))
+    assert error < 0.5 * error_once
+    np.testing.assert_array_equal(
+        bob.render(scene, size=SIZE, light="studio").rgba,
+        finished(seen, scene, bob.Camera(), samples=4, background=None, model="default").rgba,
+    )
 
 
 def test_the_picture_of_a_few_pixels_is_near_the_whole_one():

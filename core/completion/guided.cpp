@@ -333,11 +333,12 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
 }  // namespace
 
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
-                     int height, int width, bool covered_only, float* output) {
+                     int height, int width, bool covered_only, float* output, float* noise) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     const GuidedSurfaces surfaces(guides_layout, guides, height, width);
     Traced traced(known, planes, channel, surfaces);
     const int components = channel.components;
+    if (noise) std::fill_n(noise, pixels, 0.f);
     if (traced.samples.empty()) {
         std::fill_n(output, pixels * static_cast<std::size_t>(components), 0.f);
         return;
@@ -370,11 +371,14 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
                             continue;
                         }
                         float light = fitted.light[c][in_tile];
+                        const float divisor = surfaces.divisor(components, c, y, x);
                         if (is_traced) {
-                            const float noise = fitted.noise[in_tile], detail = std::max(0.f, fitted.detail[in_tile] - noise_explains * noise);
-                            light += detail / (detail + std::max(noise, own->variance)) * (own->light[c] - light);
+                            const float around = fitted.noise[in_tile], detail = std::max(0.f, fitted.detail[in_tile] - noise_explains * around);
+                            const float weight = detail / (detail + std::max(around, own->variance));
+                            light += weight * (own->light[c] - light);
+                            if (noise) noise[i] = std::max(noise[i], weight * std::sqrt(own->variance) * divisor);
                         }
-                        to = std::max(0.f, light * surfaces.divisor(components, c, y, x));
+                        to = std::max(0.f, light * divisor);
                     }
                     if (is_traced) ++own;
                 }
@@ -383,7 +387,8 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
     });
 }
 
-void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha) {
+void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha,
+                    float* noise) {
     static const Layout guides_layout{channels::mask, channels::depth, channels::normal, channels::albedo};
     static const Layout shadows_layout{channels::mask, channels::gray, channels::variance};
     const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
@@ -396,9 +401,10 @@ void complete_alpha(const Layout& known, const float* planes, const float* cover
         std::vector<float> guides(7 * size);  // the ground is flat, and white
         std::copy_n(ground, 2 * size, guides.data());
         for (std::size_t c = 4; c < 7; ++c) std::copy_n(ground, size, guides.data() + c * size);
-        complete_guided(shadows_layout, shadows.data(), guides_layout, guides.data(), channels::gray, height, width, true, alpha);
+        complete_guided(shadows_layout, shadows.data(), guides_layout, guides.data(), channels::gray, height, width, true, alpha, noise);
     } else {
         std::fill_n(alpha, size, 0.f);
+        if (noise) std::fill_n(noise, size, 0.f);
     }
     for (std::size_t i = 0; i < size; ++i) alpha[i] = std::min(coverage[i] + alpha[i], 1.f);
 }

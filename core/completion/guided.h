@@ -20,17 +20,21 @@ namespace bob {
 /// variance; guides: (guides.width(), height, width) with mask, depth, normal and albedo. Writes the channel's components,
 /// (components, height, width), all at least 0; all 0 if no pixel is traced. Throws std::invalid_argument if a channel is missing.
 ///
+/// noise: (height, width) or null. Receives the standard deviation that each pixel's own sample leaves in its largest component: where
+/// neighbours differ by more than noise, the result keeps the sample.
+///
 /// Mean SSIM over bench/tracers.py's four perspective scenes, from 5 % of the pixels on a lattice: 0.982. With weighted means, as in
 /// joint bilateral filters, 0.978; with planes over the position alone, or over the normal alone, 0.980.
 ///
 /// After Moon et al., "Adaptive Rendering Based on Weighted Local Regression" (2014), of sparse pixels.
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
-                     int height, int width, bool covered_only, float* output);
+                     int height, int width, bool covered_only, float* output, float* noise = nullptr);
 
 /// Completes the alpha of a picture of light, (height, width): coverage by surfaces, plus the shadow on the ground, at most 1.
 ///
 /// planes: of a G-buffer with shadow and variance; coverage: (height, width); ground: (2, height, width) with the ground's share of each
-/// pixel and its depth.
-void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha);
+/// pixel and its depth; noise: as in `complete_guided`, of the shadow.
+void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha,
+                    float* noise = nullptr);
 
 }  // namespace bob

@@ -388,9 +388,18 @@ def complete_along(
     known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, unit: float | None, output: F32
 ) -> None: ...
 def complete_guided(
-    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, covered_only: bool, output: F32
+    known: Layout,
+    planes: F32,
+    guides_layout: Layout,
+    guides: F32,
+    completed: Layout,
+    covered_only: bool,
+    output: F32,
+    noise: F32 | None = None,
 ) -> None: ...
-def complete_alpha(known: Layout, planes: F32, coverage: F32, ground: F32, alpha: F32) -> None: ...
+def complete_alpha(
+    known: Layout, planes: F32, coverage: F32, ground: F32, alpha: F32, noise: F32 | None = None
+) -> None: ...
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None: ...
 
 class TooLargeError(ValueError):

@@ -150,7 +150,7 @@ def run(options: argparse.Namespace) -> None:
         traced_on_green,
     )
     from bobrossnet.pictures.fitting import fitted, margin_of
-    from bobrossnet.pictures.rendering import check_picture, finished
+    from bobrossnet.pictures.rendering import check_picture, finished, traced_to_be_seen
     from bobrossnet.support.atomic import check_writable
     from bobrossnet.support.machine import limit_memory
     from bobrossnet.support.progress import progress
@@ -164,6 +164,7 @@ def run(options: argparse.Namespace) -> None:
         else check_writable(options.out, "a picture", (*FORMATS, SVG if is_lines else ENDING))
     )
     is_exr = out.suffix.lower() == ENDING
+    is_seen = not options.panels and not is_exr
     _settle(options, is_exr)
     lines = arguments.edges(options, wanted=is_lines)
     if lines is not None and (is_exr or options.panels):
@@ -196,7 +197,11 @@ def run(options: argparse.Namespace) -> None:
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
         with progress(what) as show:
-            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=show, **view)
+            if is_seen:
+                seen = {"samples": options.samples, **view}
+                gbuffer = traced_to_be_seen(scene, camera, fraction=fraction, progress=show, **seen)
+            else:
+                gbuffer = bob.trace(scene, camera, fraction=fraction, progress=show, **view)
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     if options.error is None:

@@ -21,7 +21,7 @@ from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import Size, pixel_order
-from bobrossnet.picture.samples import Samples, scatter
+from bobrossnet.picture.samples import Samples, averaged, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
@@ -222,17 +222,9 @@ class PartialPicture:
         row, column = pixels.T
         if self._passes is None:
             self._passes = np.ones(self.planes.shape[1:], np.int32)
-        passes = self._passes[row, column][:, None]
-        values = samples.in_layout(self.layout)
-        for name in ("gray", "color", "shadow", "variance"):
-            if name in self.layout.places:
-                before = self.planes[self.layout.places[name], row, column].T
-                # The variance of a mean of n independent samples is their summed variance over n².
-                weights = (passes, 1) if name != "variance" else (passes**2 / (passes + 1), 1 / (passes + 1))
-                place = self.layout.places[name]
-                values[:, place] = (weights[0] * before + weights[1] * values[:, place]) / (passes + 1)
+        means = averaged(samples, pixels, self.planes, self.layout, self._passes[row, column])
         self._passes[row, column] += 1
-        return Samples.from_values(values, self.layout)
+        return means
 
     def _displayed(self) -> GBuffer:
         """Return the traced samples as pixel orders see them."""

@@ -147,6 +147,24 @@ class Samples(Channels):
         return len(self.values)
 
 
+def averaged(
+    samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout, passes: NDArray[np.int32] | int
+) -> Samples:
+    """Return the means of the samples and of the planes at their pixels, which are means of `passes` samples, (n,)."""
+    rows, columns = pixels.T
+    passes = np.reshape(passes, (-1, 1))
+    values = samples.in_layout(layout)
+    for name in ("gray", "color", "shadow", "variance"):
+        if name in layout.places:
+            place = layout.places[name]
+            # The variance of a mean of n independent samples is their summed variance over n².
+            weights = (passes, 1) if name != "variance" else (passes**2 / (passes + 1), 1 / (passes + 1))
+            values[:, place] = (weights[0] * planes[place, rows, columns].T + weights[1] * values[:, place]) / (
+                passes + 1
+            )
+    return Samples.from_values(values, layout)
+
+
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout) -> None:
     """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout.
 

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.picture.order import DEFAULT_ORDER, Size, SizeLike, check_size
+from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.picture.pose import Pose, pose_of
 from bobrossnet.pictures.background import Background
-from bobrossnet.pictures.rendering import PATHS_OF_SAMPLE, check_picture, finished
+from bobrossnet.pictures.rendering import PATHS_OF_SAMPLE, check_picture, finished, light_to_be_seen
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import trace, traced_light
+from bobrossnet.tracing.trace import trace
 
 CHANNELS = ("color", "depth", "normal", "instance")
 
@@ -129,7 +129,7 @@ def views(
             color = None
             if "color" in chosen:
                 lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
-                gbuffer = surfaces if lit is None else traced_light(lit, 1.0, DEFAULT_ORDER, 0, None)
+                gbuffer = surfaces if lit is None else light_to_be_seen(lit)
                 look: dict[str, Any] = {"samples": samples, "background": background, "model": "default"}
                 color = finished(gbuffer, scene, camera, **look).rgba
             yield _posed(scene, camera, chosen, surfaces, color)
