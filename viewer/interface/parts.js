@@ -134,7 +134,7 @@ export class PartsList {
 
   /** @param {Picked[]} picks @param {Part} [part] */
   async #show(picks, part = this.#chosen) {
-    const { picked, status } = this.#elements, measures = await this.#picture.measure(part?.number), [, second] = picks, last = picks.at(-1);
+    const { picked, status } = this.#elements, [, second] = picks, last = picks.at(-1);
     /** @type {[string, string][]} */
     const rows = [["Part", part?.path ?? ""]];
     if (last) {
@@ -148,10 +148,15 @@ export class PartsList {
       const { distance, offset, angle, unit, ends } = between(picks[0], second);
       rows.push(["Distance", `${lengthOf(distance, unit)}, ${ends.join(" to ")}`], ["Offset", offset.map((value) => numberOf(value)).join(", ")], ["Angle", `${angle.toFixed(1)}°`]);
     }
-    const found = rows.length;
-    rows.push(...measuresOf(measures));
-    picked.replaceChildren(...rows.flatMap(([term, value]) => [made("dt", { textContent: term }), made("dd", { textContent: value })]));
-    status.textContent = rows.slice(0, last ? found : 3).map(([term, value]) => `${term} ${value}`).join(". ");
+    const list = (/** @type {[string, string][]} */ all) => all.flatMap(([term, value]) => [made("dt", { textContent: term }), made("dd", { textContent: value })]);
+    const said = (/** @type {[string, string][]} */ all) => (status.textContent = all.map(([term, value]) => `${term} ${value}`).join(". "));
+    const shown = list(rows);
+    picked.replaceChildren(...shown);
+    if (last) said(rows);
+    const measures = measuresOf(await this.#picture.measure(part?.number)); // which may take a second
+    if (shown[0].parentElement !== picked) return; // another pick came
+    picked.append(...list(measures));
+    if (!last) said([...rows, ...measures].slice(0, 3));
   }
 
   #display() {

@@ -37,12 +37,19 @@ Brep::Amount Brep::amount(std::size_t begin, std::size_t end) const {
         for (std::size_t k = 0; k < 9; ++k) position[k] += sign * moments.position[k];
     }
     if (!is_known) return result;
+    // About the middle of the box, as in Python: where faces gape, the volume depends on it.
+    const Bounds box = bounds(to_unit_sphere(sphere()));
+    double size = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        size = std::max(size, box.high[i] - box.low[i]);
+        for (std::size_t k = 0; k < 3; ++k) position[3 * i + k] -= 0.5 * (box.low[i] + box.high[i]) * normal[k];
+    }
     const double volume = (position[0] + position[4] + position[8]) / 3;
     double missing = 0;
-    for (std::size_t k = 0; k < 9; ++k) missing = std::max(missing, std::abs(position[k] - (k % 4 == 0 ? volume : 0)));
+    for (std::size_t k = 0; k < 9; ++k) missing = std::max(missing, std::abs(position[k] - (k % 4 == 0 ? volume : 0)) / size);
     for (std::size_t k = 0; k < 3; ++k) missing = std::max(missing, std::abs(normal[k]));
     // Gaps within the tolerance of the file are no holes.
-    if (missing <= std::max(open, tolerance_) * result.area && volume > 0) result.volume = volume;
+    if (missing <= std::max(open, tolerance_ / size) * result.area && volume > 0) result.volume = volume;
     return result;
 }
 
