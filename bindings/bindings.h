@@ -10,6 +10,7 @@
 #include <span>
 
 #include "picture/channels.h"
+#include "picture/gbuffer.h"
 #include "threads.h"
 
 namespace nb = nanobind;
@@ -50,6 +51,14 @@ Array<T, Shape...> make_array(Sizes... sizes) {
     T* data = values.get();
     const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
     return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
+}
+
+/// A new Python array of pixels, (n, 2).
+inline Array<std::int32_t, -1, 2> pixel_array(std::span<const bob::Pixel> pixels) {
+    auto made = make_array<std::int32_t, -1, 2>(pixels.size(), 2);
+    std::int32_t* to = made.data();
+    for (const auto [row, column] : pixels) *to++ = row, *to++ = column;
+    return made;
 }
 
 /// Raises ValueError unless the pixels lie inside the image.

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -62,11 +61,9 @@ std::tuple<Array<std::int32_t, -1, 2>, Array<float, -1, -1, -1>> hits_at_edges(c
     const int height = static_cast<int>(planes.shape(1)), width = static_cast<int>(planes.shape(2));
     std::vector<bob::Pixel> found;
     interruptible([&] { found = bob::edges_between_surfaces(planes.data(), height, width); });
-    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
-    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
     auto hits = make_array<float, -1, -1, -1>(found.size(), side * side, bob::first_hit::count);
     interruptible([&] { lighting.first_hits_within(camera, height, width, found, side, hits.data()); });
-    return {std::move(pixels), std::move(hits)};
+    return {pixel_array(found), std::move(hits)};
 }
 
 void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlanes& guides, const std::optional<ConstPlane>& ground, const Planes& color,
@@ -86,12 +83,10 @@ void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlan
 /// The first hits of a picture, (10, H, W); its pixels at edges, (n, 2), and their first hits, (n, k, 10).
 std::tuple<Array<float, -1, -1, -1>, Array<std::int32_t, -1, 2>, Array<float, -1, -1, -1>> first_hits_of(const bob::MovingLight& light) {
     auto planes = make_array<float, -1, -1, -1>(bob::first_hit::count, light.height(), light.width());
-    auto pixels = make_array<std::int32_t, -1, 2>(light.edges().size(), 2);
     auto hits = make_array<float, -1, -1, -1>(light.edges().size(), light.hits_of_edge(), bob::first_hit::count);
     std::ranges::copy(light.first_hits(), planes.data());
-    std::memcpy(pixels.data(), light.edges().data(), light.edges().size_bytes());
     std::ranges::copy(light.hits_at_edges(), hits.data());
-    return {std::move(planes), std::move(pixels), std::move(hits)};
+    return {std::move(planes), pixel_array(light.edges()), std::move(hits)};
 }
 
 void expect_camera(const bob::MovingLight& light) { expect(light.height() > 0, "move: expected before all else"); }

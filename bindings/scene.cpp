@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -158,11 +157,11 @@ bob::Scene sectioned(const bob::Scene& scene, const Array<const double, -1, 4>& 
 }
 
 Array<float, 2, 3> box_by_rays(const bob::Scene& scene, const Array<const float, 2, 3>& around) {
-    auto found = make_array<float, 2, 3>(2, 3);
-    bob::Box box;
-    std::memcpy(&box, around.data(), sizeof box);
+    const std::span<const bob::Vec3> corners = items<bob::Vec3>(around);
+    bob::Box box{corners[0], corners[1]};
     interruptible([&] { box = bob::box_by_rays(scene, box); });
-    std::memcpy(found.data(), &box, sizeof box);
+    auto found = make_array<float, 2, 3>(2, 3);
+    std::ranges::copy(std::array{box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z}, found.data());
     return found;
 }
 
@@ -196,9 +195,7 @@ auto pixels_at_edges(const Array<const float, -1, -1, 3>& color, const ConstPlan
     std::vector<bob::Pixel> found;
     const std::array light{bob::LightPlane{color.data(), 3}, bob::LightPlane{color.data() + 1, 3}, bob::LightPlane{color.data() + 2, 3}};
     interruptible([&] { found = bob::pixels_at_edges(light, alpha.data(), height, width, 0, height); });
-    auto pixels = make_array<std::int32_t, -1, 2>(found.size(), 2);
-    std::memcpy(pixels.data(), found.data(), found.size() * sizeof(bob::Pixel));
-    return pixels;
+    return pixel_array(found);
 }
 
 using Vector = std::array<double, 3>;

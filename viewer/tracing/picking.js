@@ -15,7 +15,7 @@
  * @param {PlaceInPicture} place
  * @param {Size} size @param {Camera} camera
  * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 for none
- * @param {import("../component/viewing.js").Viewing["ask"]} ask the scene
+ * @param {(question: "probe" | "snap", ...values: any[]) => Promise<any>} ask the scene
  * @param {() => Promise<import("./parts.js").Tree | null>} parts of the scene; asked last, since snapping may open it in another core
  * @returns {Promise<Picked | null>} null on the background
  */
