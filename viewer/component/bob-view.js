@@ -414,7 +414,9 @@ class BobViewElement extends Parent {
     const place = { x: (clientX - left) * pictureBox.width / width, y: (clientY - top) * pictureBox.height / height };
     const { picked } = await import("../tracing/picking.js");
     const parts = await this.#ofParts();
-    return picked(place, pictureBox, camera, snap ? this.#reach : 0, this.#ask, () => parts.tree());
+    /** @type {import("../tracing/picking.js").Asked} */
+    const ask = { pick: (...seen) => this.#ask("pick", ...seen), snap: (...seen) => this.#ask("snap", ...seen) };
+    return picked(place, pictureBox, camera, snap ? this.#reach : 0, ask, () => parts.tree());
   }
 
   // ---- Parts and measures --------------------------------------------------------------------------------

@@ -12,17 +12,22 @@
  *   cap the point is; unit: of the scene; inSphere: the point in radii from the centre;
  *   snapped: what the point was snapped to; radius: of the circle whose centre or edge that is
  *
+ * @typedef {{
+ *   pick: (place: PlaceInPicture, size: Size, camera: Camera) => Promise<import("./scene.js").Hit | null>,
+ *   snap: (place: PlaceInPicture, size: Size, camera: Camera, reach: number) => Promise<import("./scene.js").Snap | null>
+ * }} Asked as Scene.pick and Scene.snap
+ *
  * @param {PlaceInPicture} place
  * @param {Size} size @param {Camera} camera
  * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 for none
- * @param {(question: "probe" | "snap", ...values: any[]) => Promise<any>} ask the scene
+ * @param {Asked} ask the scene
  * @param {() => Promise<import("./parts.js").Tree | null>} parts of the scene; asked last, since snapping may open it in another core
  * @returns {Promise<Picked | null>} null on the background
  */
 export async function picked({ x, y }, size, camera, reach, ask, parts) {
   if (!(x >= 0 && x < size.width && y >= 0 && y < size.height)) return null;
-  const snapped = reach > 0 ? await ask("snap", { x, y }, size, camera, reach) : null;
-  const [hit, tree] = await Promise.all([ask("pick", snapped?.place ?? { x, y }, size, camera), parts()]);
+  const snapped = reach > 0 ? await ask.snap({ x, y }, size, camera, reach) : null;
+  const [hit, tree] = await Promise.all([ask.pick(snapped?.place ?? { x, y }, size, camera), parts()]);
   if (!hit || !tree) return null;
   const { instance, primitive, section, normal, sphere: { center, radius } } = hit, { kind, number } = tree.labels[instance], { point } = snapped ?? hit;
   return {
