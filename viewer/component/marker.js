@@ -41,6 +41,7 @@ export class Marker {
   #words = made("p");
   #paths = [0, 1].map(() => document.createElementNS("http://www.w3.org/2000/svg", "path"));
   #isAsking = false;
+  #isWanted = false; // hidden before an answer comes, it stays so
   /** The last place of the mouse that is not asked for. @type {{x: number, y: number} | undefined} */
   #next;
 
@@ -60,13 +61,13 @@ export class Marker {
   }
 
   hide() {
-    this.#next = undefined;
+    this.#next = undefined, this.#isWanted = false;
     this.#mark.hidden = true;
   }
 
   /** Marks what is near a place of the picture, once the scene says so. @param {{x: number, y: number}} place in CSS pixels */
   async move(place) {
-    this.#next = place;
+    this.#next = place, this.#isWanted = true;
     if (this.#isAsking) return;
     this.#isAsking = true;
     while (this.#next) {
@@ -74,7 +75,7 @@ export class Marker {
       this.#next = undefined;
       const [snapped, about] = await Promise.all([this.#ask("snap", asked, size, camera, this.#reach()), this.#unit === null ? this.#ask("about") : null]);
       if (about) this.#unit = about.unit ?? "";
-      if (camera === this.#look()) this.#show(snapped, camera, size);
+      if (this.#isWanted && camera === this.#look()) this.#show(snapped, camera, size);
     }
     this.#isAsking = false;
   }
