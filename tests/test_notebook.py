@@ -93,7 +93,7 @@ MODEL = """async ({ script, state, scene }) => {
   window.sent = [];
   window.model = {
     get: (name) => values[name], on: (event, listener) => listeners.set(event, listener),
-    set: (name, value) => { values[name] = value; }, off: (event) => listeners.delete(event),
+    set: (name, value) => { values[name] = value; listeners.get(`change:${name}`)?.(); }, off: (event) => listeners.delete(event),
     save_changes: () => sent.push(structuredClone(values.camera)), listeners,
     change: (name, value) => { values[name] = value; listeners.get(`change:${name}`)(); },
   };
@@ -145,6 +145,17 @@ def test_the_widget_shows_its_state_and_tells_its_camera(browser):
     page.evaluate("() => end()")
     assert page.locator("bob-view").count() == 0
     assert page.evaluate("() => model.listeners.size") == 0
+    page.close()
+
+
+def test_a_movement_goes_on_while_its_cameras_are_sent(browser):
+    page = browser.new_page(reduced_motion="no-preference")
+    page.set_content("<!doctype html>")
+    page.evaluate(MODEL, given(bob.view(ball(), bob.Camera(azimuth=10), size=SIZE)))
+    exact(page)
+    page.focus("bob-view")
+    page.keyboard.press("4")
+    page.wait_for_function("() => sent.length && sent.at(-1).azimuth === 90", timeout=10_000)
     page.close()
 
 

@@ -21,7 +21,10 @@ function render({ model, el }) {
     view.setAttribute("background", model.get("background"));
     view.setAttribute("light", model.get("light"));
   };
-  const look = () => (view.camera = model.get("camera"));
+  let isSending = false; // the model tells of what is set here, too; a movement would end there
+  const look = () => {
+    if (!isSending) view.camera = model.get("camera");
+  };
   const open = async () => {
     const stream = new Blob([model.get("scene")]).stream().pipeThrough(new DecompressionStream("deflate"));
     await view.open("scene.bob", await new Response(stream).blob());
@@ -31,7 +34,9 @@ function render({ model, el }) {
   view.addEventListener("camera-change", () => {
     timer ||= setTimeout(() => {
       timer = 0;
+      isSending = true;
       model.set("camera", view.camera);
+      isSending = false;
       model.save_changes();
     }, SENDING_MS);
   });
