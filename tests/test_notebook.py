@@ -93,7 +93,8 @@ MODEL = """async ({ script, state, scene }) => {
   window.sent = [];
   window.model = {
     get: (name) => values[name], on: (event, listener) => listeners.set(event, listener),
-    set: (name, value) => { values[name] = value; listeners.get(`change:${name}`)?.(); }, off: (event) => listeners.delete(event),
+    set: (name, value) => { values[name] = value; listeners.get(`change:${name}`)?.(); },
+    off: (event) => listeners.delete(event),
     save_changes: () => sent.push(structuredClone(values.camera)), listeners,
     change: (name, value) => { values[name] = value; listeners.get(`change:${name}`)(); },
   };
