@@ -40,6 +40,13 @@ std::span<const T> items(const A& array) {
     return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
 }
 
+/// Whether two planes, or stacks of planes, have the same height and width.
+template <class A, class B>
+bool same_size(const A& a, const B& b) {
+    const std::size_t i = a.ndim(), j = b.ndim();
+    return a.shape(i - 2) == b.shape(j - 2) && a.shape(i - 1) == b.shape(j - 1);
+}
+
 /// An affine map with last row (0, 0, 0, 1).
 using Matrix = Array<const double, 4, 4>;
 

@@ -58,7 +58,7 @@ template <class Output>
 void check_planes(const bob::Layout& layout, const ConstPlanes& planes, const bob::Layout& completed, const Output& output) {
     expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected the layout's width");
     expect(output.shape(0) == static_cast<std::size_t>(completed.width()), "output: expected the outputs' width");
-    expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
+    expect(same_size(output, planes), "output: expected the planes' size");
 }
 
 void complete(const bob::Network& network, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
@@ -100,9 +100,9 @@ void complete_along(const bob::Layout& known, const ConstPlanes& planes, const b
 void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
                      const bob::Layout& completed, bool covered_only, const Planes& output, const std::optional<Plane>& noise) {
     check_planes(known, planes, completed, output);
-    expect(!noise || (noise->shape(0) == planes.shape(1) && noise->shape(1) == planes.shape(2)), "noise: expected the planes' size");
+    expect(!noise || same_size(*noise, planes), "noise: expected the planes' size");
     expect(guides.shape(0) == static_cast<std::size_t>(guides_layout.width()), "guides: expected the layout's width");
-    expect(guides.shape(1) == planes.shape(1) && guides.shape(2) == planes.shape(2), "guides: expected the planes' size");
+    expect(same_size(guides, planes), "guides: expected the planes' size");
     expect(planes.shape(1) > 0 && planes.shape(2) > 0, "planes: expected at least one pixel");
     interruptible([&] {
         bob::complete_guided(known, planes.data(), guides_layout, guides.data(), *completed.begin(), static_cast<int>(planes.shape(1)),
@@ -113,8 +113,7 @@ void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const 
 void complete_alpha(const bob::Layout& known, const ConstPlanes& planes, const ConstPlane& coverage, const ConstPlanes& ground,
                     const Plane& alpha, const std::optional<Plane>& noise) {
     expect(planes.shape(0) == static_cast<std::size_t>(known.width()) && ground.shape(0) >= 2, "planes: expected the layout's, and 2 of the ground");
-    const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
-    expect(has_size(planes, 1) && has_size(coverage, 0) && has_size(ground, 1) && (!noise || has_size(*noise, 0)), "planes: expected alpha's size");
+    expect(same_size(planes, alpha) && same_size(coverage, alpha) && same_size(ground, alpha) && (!noise || same_size(*noise, alpha)), "planes: expected alpha's size");
     interruptible([&] {
         bob::complete_alpha(known, planes.data(), coverage.data(), ground.data(), static_cast<int>(alpha.shape(0)), static_cast<int>(alpha.shape(1)),
                             alpha.data(), noise ? noise->data() : nullptr);
@@ -127,7 +126,7 @@ void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const 
                     int channels, Predict predict) {
     check_planes(layout, planes, bob::Layout{bob::channels::gray}, gray);
     expect(output.shape(0) == static_cast<std::size_t>(channels), "output: expected as many planes as are written");
-    expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
+    expect(same_size(output, planes), "output: expected the planes' size");
     interruptible([&] {
         predict(layout, planes.data(), gray.data(), static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)),
                 output.data());

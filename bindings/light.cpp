@@ -67,13 +67,12 @@ std::tuple<Array<std::int32_t, -1, 2>, Array<float, -1, -1, -1>> hits_at_edges(c
 }
 
 void smooth_edges(const Pixels& pixels, const ConstPlanes& hits, const ConstPlanes& guides, const std::optional<ConstPlane>& ground, const Planes& color,
-                  const Array<float, -1, -1>& alpha) {
+                  const Plane& alpha) {
     const int height = static_cast<int>(alpha.shape(0)), width = static_cast<int>(alpha.shape(1));
     check_pixels(pixels, height, width);
     expect(hits.shape(0) == pixels.shape(0) && hits.shape(2) == bob::first_hit::count, "hits: expected 10 numbers for each of a pixel's");
     expect(guides.shape(0) == 7 && color.shape(0) == 3, "planes: expected 7 of guides and 3 of color");
-    const auto has_size = [&](const auto& a, std::size_t first) { return a.shape(first) == alpha.shape(0) && a.shape(first + 1) == alpha.shape(1); };
-    expect(has_size(guides, 1) && has_size(color, 1) && (!ground || has_size(*ground, 0)), "planes: expected alpha's size");
+    expect(same_size(guides, alpha) && same_size(color, alpha) && (!ground || same_size(*ground, alpha)), "planes: expected alpha's size");
     interruptible([&] {
         bob::smooth_edges(items<bob::Pixel>(pixels), hits.data(), hits.shape(1), guides.data(), ground ? ground->data() : nullptr, height, width,
                           color.data(), alpha.data());

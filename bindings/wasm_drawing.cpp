@@ -41,8 +41,8 @@ bool draw_coarse_edges(const bob::Scene* scene, const float* camera, std::int32_
     });
 }
 
-/// Writes the corner, centre, middle or edge within `reach` pixels of a place, (7,): the kind as bob::SnapKind, -1 if there is none; the
-/// circle's radius, NaN without; the point in the unit sphere; row and column where the surface next to it is visible.
+/// Finds the corner, centre, middle or edge within `reach` pixels of a place. Writes 7 numbers: the kind as bob::SnapKind, or -1; the
+/// circle's radius, or NaN; the point in the unit sphere; row and column where the surface next to it is visible.
 EXPORT(snap)
 bool snap(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, float row, float column, float reach, double* found) {
     return attempt([&] {

@@ -52,8 +52,8 @@ EXPORT(scene_box) void scene_box(const bob::Scene* scene, float* box) {
     for (int axis = 0; axis < 3; ++axis) box[axis] = all.low[axis], box[axis + 3] = all.high[axis];
 }
 
-/// Writes the first surface at a place of a picture, (9,): instance and primitive in the user's numbering, and the section of a cap, each
-/// -1 if there is none; the point in the unit sphere; the normal of the primitive.
+/// Finds the first surface at a place of a picture. Writes 9 numbers: instance and primitive in the user's numbering, and the section of
+/// a cap, or -1; the point in the unit sphere; the normal of the primitive.
 EXPORT(pick)
 void pick(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, float row, float column, double* found) {
     std::fill_n(found, 9, -1.);

@@ -31,8 +31,8 @@ public:
 
     /// Writes the means of `draws.count` paths through each pixel. `samples` is (n,
     /// layout.width()) of the channels mask, gray, depth, normal, color, albedo, shadow and variance; gray and color are of any range.
-    /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. `changes`, one for each pixel if
-    /// they are asked for, say by how much the luminance changes for each radian that the eye turns by, at most: light of mirrors and highlights.
+    /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. `changes`, one for each
+    /// pixel or null, bounds the change of luminance per radian by which the eye turns: light of mirrors and highlights.
     /// Throws std::invalid_argument if there is another channel.
     void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples,
                float* changes = nullptr) const;

@@ -183,9 +183,6 @@ private:
         const double size = length(a);
         return {a[0] / size, a[1] / size, a[2] / size};
     }
-    static Vec3 rounded(const Axis& a) {
-        return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
-    }
 
     // The camera's axes before the roll.
     void orbit(const Camera& camera, Axis& x, Axis& y) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -20,8 +21,6 @@ constexpr float in_front = 1.5f, hit_error = 4e-5f;
 
 /// Places of a circle that tell whether it is visible.
 constexpr int around = 16;
-
-Vec3 rounded(const Vec3d& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
 
 const std::vector<ShapeEdge>* edges_of(const Shape& shape) {
     const auto* const mesh = dynamic_cast<const Mesh*>(&shape);
@@ -172,7 +171,7 @@ private:
         const Vec3d aside = std::abs(axis[0]) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, across = cross(axis, aside);
         const Vec3d x = radius / length(across) * across, y = cross(axis, x);
         for (int i = 0; i < around; ++i) {
-            const double angle = 2 * 3.14159265358979 * i / around;
+            const double angle = 2 * std::numbers::pi * i / around;
             if (is_visible_at(mapped(map, center + std::cos(angle) * x + std::sin(angle) * y), candidate.snap)) return true;
         }
         return false;

@@ -16,8 +16,6 @@ constexpr double open = 1e-5;
 /// Off a face before rays begin, as bobrossnet.measuring.crossings.APART.
 constexpr double apart = 2e-5;
 
-Vec3 rounded(const Vec3d& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
-
 }  // namespace
 
 Brep::Amount Brep::amount(std::size_t begin, std::size_t end) const {

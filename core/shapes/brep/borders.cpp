@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -75,7 +76,7 @@ std::vector<std::vector<Piece>> curves_of(const Face& face) {
 }
 
 void add_borders(const Face& face, std::uint32_t number, std::vector<Border>& borders) {
-    static const double cos_kink = std::cos(kink_degrees * 3.14159265358979 / 180);
+    static const double cos_kink = std::cos(kink_degrees * std::numbers::pi / 180);
     std::vector<Curve> joined;
     const auto flush = [&] {
         if (joined.empty()) return;

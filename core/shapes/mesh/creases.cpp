@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "shapes/mesh/mesh.h"
@@ -25,7 +26,7 @@ const std::vector<ShapeEdge>& Mesh::creases() const {
         const std::vector<Vec3> places = in_unit_sphere();
         const std::vector<std::uint32_t> same = merge_positions(places);
         const std::vector<CornerNormals> normals = corner_normals();
-        static const float cos_crease = std::cos(crease_of_edges_degrees * 3.14159265f / 180);
+        static const float cos_crease = std::cos(crease_of_edges_degrees * std::numbers::pi_v<float> / 180);
         std::vector<Hinge> hinges;
         for (std::size_t i = 0; i < arrays_.triangles.size(); ++i) {
             for (std::size_t k = 0; k < 3; ++k) {
