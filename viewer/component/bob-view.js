@@ -129,6 +129,8 @@ class BobViewElement extends Parent {
   #cube;
   /** @type {import("./marker.js").Marker | undefined} */
   #marker;
+  /** Where the mouse is, if clicks snap there. @type {{x: number, y: number} | undefined} */
+  #hovered;
   #cutaway = WHOLE;
   /** @type {import("./handles.js").Handles | undefined} */
   #handles;
@@ -160,7 +162,10 @@ class BobViewElement extends Parent {
     this.#canvas.setAttribute("aria-describedby", "keys");
     listenForClicks(this.#canvas, (event) => this.#click(event));
     this.#canvas.addEventListener("pointermove", (event) => this.#hover(event));
-    this.#canvas.addEventListener("pointerleave", () => this.#marker?.hide());
+    this.#canvas.addEventListener("pointerleave", () => {
+      this.#hovered = undefined;
+      this.#marker?.hide();
+    });
     for (const [name, of] of Object.entries({ picture: this.#canvas, poster: this.#poster, prompt: this.#prompt, error: this.#wrong })) {
       of.setAttribute("part", name);
     }
@@ -743,12 +748,14 @@ class BobViewElement extends Parent {
 
   /** Marks what a click would snap to. @param {PointerEvent} event */
   async #hover({ buttons, pointerType, offsetX: x, offsetY: y }) {
-    if (!this.hasAttribute("snap") || buttons > 0 || pointerType !== "mouse" || !this.#viewing?.canSnap) return this.#marker?.hide();
-    if (!this.#marker) {
+    const snaps = this.hasAttribute("snap") && buttons === 0 && pointerType === "mouse" && this.#viewing?.canSnap;
+    this.#hovered = snaps ? { x, y } : undefined;
+    if (snaps && !this.#marker) {
       const { Marker } = await import("../component/marker.js");
       this.#marker ??= new Marker(/** @type {ShadowRoot} */ (this.shadowRoot), this.#ask, () => this.camera, () => this.pictureBox, () => this.#reach);
     }
-    this.#marker.move({ x, y });
+    if (this.#hovered) this.#marker?.move(this.#hovered);
+    else this.#marker?.hide();
   }
 
   /** @param {Partial<Camera>} camera @param {Source} source */
