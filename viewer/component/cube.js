@@ -2,6 +2,7 @@
 /** The view cube: its sides are named, turn with the scene, and show their view when clicked. Fetched where it is wanted. */
 import { HOME } from "../picture/camera.js";
 import { axesOf } from "../picture/projection.js";
+import { addStyle } from "./made.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
 
 /** @typedef {import("../picture/camera.js").Camera} Camera */
@@ -35,9 +36,7 @@ const matrix = ([right, up, toward], out) =>
  * @returns {{show: (camera: Camera) => void, remove: () => void}}
  */
 export function createCube(root, choose) {
-  const cube = document.createElement("div"), turning = document.createElement("div"), sheet = new CSSStyleSheet();
-  sheet.replaceSync(STYLE);
-  root.adoptedStyleSheets.push(sheet);
+  const cube = document.createElement("div"), turning = document.createElement("div"), sheet = addStyle(root, STYLE);
   cube.id = "cube";
   cube.setAttribute("part", "view-cube");
   cube.append(turning);

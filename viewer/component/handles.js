@@ -2,7 +2,7 @@
 /** Handles of section planes in the picture: the mouse, a finger or keys move them along their normals. Fetched with the first section. */
 import { axesOf, projection } from "../picture/projection.js";
 import { AXES, shortened } from "../tracing/section.js";
-import { made } from "./made.js";
+import { addStyle, made, madeSvg } from "./made.js";
 
 /**
  * @typedef {import("../picture/camera.js").Camera} Camera
@@ -60,13 +60,6 @@ const STYLE = `
 }
 `;
 
-/** @param {string} name @param {...Element} children */
-function madeSvg(name, ...children) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  element.append(...children);
-  return element;
-}
-
 export class Handles {
   #layer = made("div", { id: "planes" });
   /** @type {Handle[]} */
@@ -90,9 +83,7 @@ export class Handles {
    */
   constructor(root, canvas, camera, about, move, box) {
     this.#canvas = canvas, this.#camera = camera, this.#about = about, this.#move = move, this.#box = box;
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(STYLE);
-    root.adoptedStyleSheets.push(sheet);
+    addStyle(root, STYLE);
     root.append(this.#layer);
   }
 

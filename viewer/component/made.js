@@ -1,4 +1,6 @@
 // @ts-check
+/** Elements and styles of the picture's controls. */
+
 /**
  * An element with these fields and children.
  *
@@ -10,4 +12,19 @@ export function made(name, fields = {}, ...children) {
   const element = Object.assign(document.createElement(name), fields);
   element.append(...children);
   return element;
+}
+
+/** @param {string} name @param {...Element} children */
+export function madeSvg(name, ...children) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+  element.append(...children);
+  return element;
+}
+
+/** Adds a sheet of styles. @param {ShadowRoot} root @param {string} text */
+export function addStyle(root, text) {
+  const sheet = new CSSStyleSheet();
+  sheet.replaceSync(text);
+  root.adoptedStyleSheets.push(sheet);
+  return sheet;
 }

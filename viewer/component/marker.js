@@ -1,7 +1,7 @@
 // @ts-check
 /** The mark of the corner, centre, middle or edge to which a click would snap. Fetched when the mouse first moves over a picture with `snap`. */
 import { projection } from "../picture/projection.js";
-import { made } from "./made.js";
+import { addStyle, made, madeSvg } from "./made.js";
 import { inWords } from "./snaps.js";
 
 /**
@@ -39,7 +39,7 @@ export class Marker {
   #unit = /** @type {string | null} */ (null);
   #mark = made("div", { id: "snap", hidden: true, ariaHidden: "true" });
   #words = made("p");
-  #paths = [0, 1].map(() => document.createElementNS("http://www.w3.org/2000/svg", "path"));
+  #paths = [0, 1].map(() => madeSvg("path"));
   #isAsking = false;
   #isWanted = false; // hidden before an answer comes, it stays so
   /** The last place of the mouse that is not asked for. @type {{x: number, y: number} | undefined} */
@@ -52,11 +52,8 @@ export class Marker {
    */
   constructor(root, ask, look, box, reach) {
     this.#ask = ask, this.#look = look, this.#box = box, this.#reach = reach;
-    const sheet = new CSSStyleSheet(), drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    sheet.replaceSync(STYLE);
-    root.adoptedStyleSheets.push(sheet);
-    drawing.append(...this.#paths);
-    this.#mark.append(drawing, this.#words);
+    addStyle(root, STYLE);
+    this.#mark.append(madeSvg("svg", ...this.#paths), this.#words);
     root.append(this.#mark);
   }
 

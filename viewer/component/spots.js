@@ -4,6 +4,7 @@
  * picture, and hide behind things. Fetched where there are any.
  */
 import { projection } from "../picture/projection.js";
+import { addStyle } from "./made.js";
 
 /**
  * @typedef {import("../picture/camera.js").Camera} Camera
@@ -44,9 +45,7 @@ export class Spots {
    */
   constructor(host, root, probe, box) {
     this.#probe = probe, this.#box = box;
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(STYLE);
-    root.adoptedStyleSheets.push(sheet);
+    addStyle(root, STYLE);
     this.#layer.id = "spots";
     root.append(this.#layer);
     const take = () => this.#take(host);

@@ -321,7 +321,7 @@ export class Viewing {
     this.change({});
   }
 
-  /** Draws lines at visible edges of resting pictures. @param {number} thickness in pixels; 0 for no lines */
+  /** Draws lines at visible edges. @param {number} thickness in pixels; 0 for no lines */
   draw(thickness) {
     this.#usesEdges ||= thickness > 0;
     this.schedule.thickness = thickness;
