@@ -149,11 +149,11 @@ def test_movements_are_told_in_words(opened):
 def test_the_centre_is_picked_without_a_mouse(opened):
     page = opened()
     view = page.locator("#picture")
-    view.evaluate("(view) => view.addEventListener('pick', ({ detail }) => (window.picked = detail))")
+    view.evaluate("(view) => view.addEventListener('pick', ({ detail }) => (window.seen = detail))")
     view.focus()
     page.keyboard.press("Enter")
-    page.wait_for_function("() => window.picked")
-    assert len(page.evaluate("() => picked.point")) == 3
+    page.wait_for_function("() => window.seen")
+    assert len(page.evaluate("() => seen.point")) == 3
 
 
 @pytest.mark.parametrize("size", SIZES)
