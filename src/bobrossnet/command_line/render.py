@@ -101,15 +101,14 @@ def add(commands: Any) -> None:
     add_report(render)
 
 
-def _settle(options: argparse.Namespace, is_exr: bool) -> None:
+def _settle(options: argparse.Namespace, is_seen: bool) -> None:
     """Choose the defaults that depend on other options."""
     from bobrossnet.picture.files import is_opaque
     from bobrossnet.support.errors import InputError
 
     is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
-    is_seen = not options.panels and not is_exr
     is_lines = options.style == "lines"
-    if is_lines and (options.fraction is not None or options.error is not None or options.panels or is_exr):
+    if is_lines and (options.fraction is not None or options.error is not None or not is_seen):
         raise InputError("--style lines: expected no --fraction, --error, --panels or .exr, since all lines are exact")
     if options.fraction is None:
         options.fraction = 1.0 if is_whole else FRACTION
@@ -165,9 +164,9 @@ def run(options: argparse.Namespace) -> None:
     )
     is_exr = out.suffix.lower() == ENDING
     is_seen = not options.panels and not is_exr
-    _settle(options, is_exr)
+    _settle(options, is_seen)
     lines = arguments.edges(options, wanted=is_lines)
-    if lines is not None and (is_exr or options.panels):
+    if lines is not None and not is_seen:
         raise bob.InputError("--edges: expected no --panels or .exr, which hold what the network and the tracer see")
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
