@@ -13,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/color.h"
 #include "bindings.h"
 #include "frame/light_pace.h"
 #include "frame/moving_light.h"
@@ -125,6 +126,7 @@ void bind_light(nb::module_& m) {
         return all;
     }, "azimuth"_a, "Direction, angle, colour and intensity of each disc, for a camera of this azimuth; angles in degrees.");
     m.def("studio_sky", [] { return std::tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity); });
+    m.attr("MIN_ALBEDO") = bob::min_albedo;
     m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
     nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")

@@ -16,6 +16,9 @@ namespace bob {
 /// By Rec. 709's weights; exactly 1 for white, unlike the sum in float.
 inline float luminance(Vec3 rgb) { return static_cast<float>(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
 
+/// Minimum divisor of demodulated light, and factor of light that is multiplied back. Dark surfaces reflect highlights too.
+constexpr float min_albedo = 0.02f;
+
 /// IEC 61966-2-1: sRGB to linear values, both 0..1, and back.
 inline float from_srgb(float value) {
     return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);

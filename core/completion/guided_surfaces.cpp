@@ -10,9 +10,6 @@
 namespace bob {
 namespace {
 
-/// By less than this light is not divided.
-constexpr float least_albedo = 0.02f;
-
 /// How depth changes along an axis, by the differences to the pixels before and after: the lesser, as the other may be across
 /// an edge. Beyond the picture they are infinite.
 float lesser(float before, float after) {
@@ -58,7 +55,7 @@ GuidedSurfaces::GuidedSurfaces(const Layout& layout, const float* guides, int he
 
 float GuidedSurfaces::divisor(int components, int component, int y, int x) const {
     const float rgb[] = {row(red, y)[x], row(green, y)[x], row(blue, y)[x]};
-    return std::max(least_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
+    return std::max(min_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
 }
 
 float GuidedSurfaces::likeness(Pixel own, Pixel other) const {

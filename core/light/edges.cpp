@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/color.h"
 #include "base/parallel.h"
 
 namespace bob {
@@ -15,9 +16,6 @@ constexpr float unlike_depth = 0.02f, unlike_normal = 0.3f, unlike_albedo = 0.1f
 
 /// Squared pixels that a difference of 1 in depth, normal or albedo counts for, where light is taken from a neighbour.
 constexpr float unlike = 30;
-
-/// Minimum divisor and factor of light, as in completion/guided_surfaces.cpp: dark albedo reflects highlights as well.
-constexpr float least_albedo = 0.02f;
 
 constexpr int around[] = {0, -1, 1};
 
@@ -75,7 +73,7 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
                     Neighbour& to = neighbours[count++];
                     to = {guide(first_hit::depth), guide(first_hit::normal_x), guide(first_hit::normal_y), {}, {}, squared};
                     for (std::size_t c = 0; c < 3; ++c) {
-                        to.albedo[c] = std::max(guide(first_hit::red + c), least_albedo);
+                        to.albedo[c] = std::max(guide(first_hit::red + c), min_albedo);
                         to.light[c] = color[c * pixels + i] / to.albedo[c];
                     }
                 }
@@ -87,7 +85,7 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
                 if (hit[first_hit::mask] == 0) continue;
                 sum.alpha += 1;
                 float albedo[3];
-                for (std::size_t c = 0; c < 3; ++c) albedo[c] = std::max(hit[first_hit::red + c], least_albedo);
+                for (std::size_t c = 0; c < 3; ++c) albedo[c] = std::max(hit[first_hit::red + c], min_albedo);
                 float least = std::numeric_limits<float>::infinity();
                 const float* light = nullptr;
                 for (std::size_t j = 0; j < count; ++j) {

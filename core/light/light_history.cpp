@@ -13,9 +13,6 @@
 namespace bob {
 namespace {
 
-/// Minimum divisor of light, as in completion/guided_surfaces.cpp.
-constexpr float least_albedo = 0.02f;
-
 /// Two hits are on the same surface if the cosine between their normals exceeds the first number, and their depths differ by less than
 /// the second, in pixels along the surface.
 constexpr float same_normal = 0.9f, same_depth = 2, steepest = 0.1f;
@@ -30,14 +27,14 @@ constexpr float kept_paths = 0.97f, most_paths = 256;
 constexpr int block = 4;
 
 Vec3 divided(Vec3 color, Vec3 albedo) {
-    for (int k = 0; k < 3; ++k) color[k] /= std::max(albedo[k], least_albedo);
+    for (int k = 0; k < 3; ++k) color[k] /= std::max(albedo[k], min_albedo);
     return color;
 }
 Vec3 multiplied(Vec3 light, Vec3 albedo) {
-    for (int k = 0; k < 3; ++k) light[k] *= std::max(albedo[k], least_albedo);
+    for (int k = 0; k < 3; ++k) light[k] *= std::max(albedo[k], min_albedo);
     return light;
 }
-float divisor(Vec3 albedo) { return std::max(luminance(albedo), least_albedo); }
+float divisor(Vec3 albedo) { return std::max(luminance(albedo), min_albedo); }
 
 /// A first hit at a pixel.
 struct Hit {

@@ -345,6 +345,8 @@ def smooth_edges(pixels: I32, hits: F32, guides: F32, ground: F32 | None, color:
 def studio_lights(azimuth: float) -> list[tuple[list[float], float, list[float], float]]: ...
 def studio_sky() -> tuple[list[float], list[float], float]: ...
 
+MIN_ALBEDO: float = 0.019999999552965164
+
 LIGHT_PATHS: int = 16
 
 EDGE_RAYS: int = 4

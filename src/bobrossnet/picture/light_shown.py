@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from bobrossnet import _core
 from bobrossnet.color import luminance
 from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.transfer import transfer_of
-
-LEAST_ALBEDO = np.float32(0.02)
-"""By less than this light is not divided, as in core/completion/guided.cpp."""
 
 
 def shown_to_orders(gbuffer: GBuffer) -> GBuffer:
@@ -20,7 +18,7 @@ def shown_to_orders(gbuffer: GBuffer) -> GBuffer:
     """
     assert gbuffer.guides is not None
     mask, albedo = gbuffer.mask, gbuffer.guides.albedo
-    light = np.where(mask > 0, gbuffer.gray / np.maximum(luminance(albedo), LEAST_ALBEDO), 0)
+    light = np.where(mask > 0, gbuffer.gray / np.maximum(luminance(albedo), np.float32(_core.MIN_ALBEDO)), 0)
     if "shadow" in gbuffer.layout.places:
         light += gbuffer.channel("shadow")
     planes = np.stack([mask, light, 0.5 * mask, *np.moveaxis(gbuffer.guides.normal * mask[..., None], -1, 0)])
