@@ -18,8 +18,8 @@ page: $(VENV)/installed
 # WASM=ON also builds the page's modules.
 WASM ?= OFF
 dev: $(VENV)/editable
-	@$(BIN)/cmake --build $(NATIVE)
-	@$(BIN)/cmake --install $(NATIVE) --prefix $(wildcard $(VENV)/lib/python3*/site-packages) > /dev/null
+	@$(BIN)/cmake --build $(DEV)
+	@$(BIN)/cmake --install $(DEV) --prefix $(wildcard $(VENV)/lib/python3*/site-packages) > /dev/null
 
 # The tests of what differs from REV.
 REV ?= HEAD
@@ -122,10 +122,12 @@ $(VENV)/tools-wasm: $(VENV)/tools
 	$(PIP) --requirement $@.txt
 	@touch $@
 
-# Installs by pip's arguments $(2), with CMake's definitions $(1). One folder has all objects, whatever is installed.
+# Installs by pip's arguments $(2), with CMake's definitions $(1), from the objects in $(3). One folder has those of all that is
+# installed; for editing, another one has an object for each file.
 NATIVE := build/native
+DEV := build/dev
 define install
-SKBUILD_BUILD_DIR=$(NATIVE) SKBUILD_CMAKE_DEFINE="BOBROSSNET_WERROR=ON;$(1)" $(PIP) --no-build-isolation $(2)
+SKBUILD_BUILD_DIR=$(or $(3),$(NATIVE)) SKBUILD_CMAKE_DEFINE="BOBROSSNET_WERROR=ON;$(1)" $(PIP) --no-build-isolation $(2)
 endef
 
 # The stamps of what is installed: an editable package takes the place of the others, and they take its place.
@@ -146,7 +148,7 @@ $(VENV)/installed-test: $(VENV)/tools-wasm $(SOURCES) constraints.txt
 	@touch $@ $(VENV)/installed $(VENV)/installed-native $(VENV)/installed-train && rm -f $(VENV)/editable
 
 $(VENV)/editable: $(VENV)/tools$(if $(filter ON,$(WASM)),-wasm) CMakeLists.txt wasm.cmake pyproject.toml constraints.txt
-	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_WASM=$(WASM),--editable '.[test]')
+	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_UNITY=OFF;BOBROSSNET_WASM=$(WASM),--editable '.[test]',$(DEV))
 	@touch $@ && rm -f $(VENV)/installed*
 
 # A browser for the tests of the viewer's page: Debian's where it may be installed, else playwright's own. Without any, these

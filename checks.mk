@@ -55,7 +55,7 @@ check-memory: $(VENV)/installed-test
 	ASAN_OPTIONS=detect_leaks=0 $(call sanitized,asan ubsan,memory-module) $(IN_THE_CORE)
 
 check-clang: $(VENV)/installed-test clang
-	$(call core_tests,clang,-DCMAKE_CXX_COMPILER=$(CLANG) -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON)
+	$(call core_tests,clang,-DCMAKE_CXX_COMPILER=$(CLANG) -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DBOBROSSNET_UNITY=OFF)
 
 # Debian: g++-aarch64-linux-gnu and qemu-user.
 check-arm: $(VENV)/installed-test

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-CORE_TESTS = ROOT / "build/native/core_tests"
+CORE_TESTS = ROOT / "build/dev/core_tests"
 
 
 def changed_files(since: str) -> list[Path]:

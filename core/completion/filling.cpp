@@ -15,7 +15,7 @@ namespace bob {
 namespace {
 
 // Minimum number of block rows that a thread completes at a time; rows next to a piece are compared twice.
-constexpr int least_rows = 16;
+constexpr int min_band_rows = 16;
 
 DoubledPair doubled(const Planes& filled, int y) {
     return {doubled_rows(filled, filled::coverage, y), doubled_rows(filled, filled::gray, y)};
@@ -115,7 +115,7 @@ void Filling::operator()(const float* planes, int height, int width, float* gray
         const Band& part = parts[static_cast<std::size_t>(level - 1)];
         const int all = level > 1 ? images->at(level + 1).filled.height() : half(height);
         const int top = part.begin, rows = std::min(part.end, all) - top;
-        const int bands = std::clamp(rows / least_rows, 1, thread_count());
+        const int bands = std::clamp(rows / min_band_rows, 1, thread_count());
         parallel_for(static_cast<std::size_t>(bands), 1, [&](std::size_t first, std::size_t last) {
             const int begin = top + static_cast<int>(first) * rows / bands, end = top + static_cast<int>(last) * rows / bands;
             if (level > 1) {

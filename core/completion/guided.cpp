@@ -45,7 +45,8 @@ constexpr int enough = 4096;
 /// Spacing of fitted rows on planes, as a share of the reach. Rows between are interpolated, with an error of 1 % at a shadow's edge.
 constexpr float reach_per_row = 8;
 
-constexpr int tile_width = GuidedSurfaces::row_multiple, tile_height = 8;
+/// Size of the tiles that are fitted one at a time.
+constexpr int fit_width = GuidedSurfaces::row_multiple, fit_height = 8;
 
 /// Sums over rectangles of the picture.
 class Table {
@@ -128,8 +129,8 @@ public:
 
     Reaches(const GuidedSurfaces& surfaces, Traced& traced)
         : height_(surfaces.height()), width_(surfaces.width()), counts_(height_, width_),
-          across_(static_cast<std::size_t>((width_ + tile_width - 1) / tile_width + 1)),
-          corners_(across_ * static_cast<std::size_t>((height_ + tile_height - 1) / tile_height + 1)) {
+          across_(static_cast<std::size_t>((width_ + fit_width - 1) / fit_width + 1)),
+          corners_(across_ * static_cast<std::size_t>((height_ + fit_height - 1) / fit_height + 1)) {
         std::vector<float> plane(static_cast<std::size_t>(height_) * static_cast<std::size_t>(width_));
         const auto fill = [&](Table& table, auto of) {
             std::fill(plane.begin(), plane.end(), 0.f);
@@ -152,7 +153,7 @@ public:
             for (std::size_t n = 0; n < raw.size(); ++n) {
                 GuidedSample& sample = traced.samples[n];
                 const int y = static_cast<int>(sample.row), x = static_cast<int>(sample.column);
-                const int k = around[place((y + tile_height / 2) / tile_height, (x + tile_width / 2) / tile_width)];
+                const int k = around[place((y + fit_height / 2) / fit_height, (x + fit_width / 2) / fit_width)];
                 const double most = brighter * shades.around(y, x, k) / counts_.around(y, x, k);
                 const double least = raw[n] - darkened * std::sqrt(sample.variance);
                 sample.shade = static_cast<float>(std::min<double>(raw[n], std::max(most, least)));
@@ -191,7 +192,7 @@ private:
     template <class Body>
     void for_corners(Body body) {
         for (std::size_t i = 0; i < corners_.size(); ++i) {
-            body(static_cast<int>(i / across_) * tile_height, static_cast<int>(i % across_) * tile_width, corners_[i]);
+            body(static_cast<int>(i / across_) * fit_height, static_cast<int>(i % across_) * fit_width, corners_[i]);
         }
     }
 
@@ -216,7 +217,7 @@ private:
 
 /// Output of the kernels for the pixels of a tile.
 struct Fitted {
-    static constexpr std::size_t size = tile_width * tile_height;
+    static constexpr std::size_t size = fit_width * fit_height;
     std::array<float, size> light[3], weight{}, detail{}, noise{};
 };
 
@@ -248,23 +249,23 @@ bool is_plane(const GuidedSurfaces& surfaces, int top, int bottom, int left, int
 /// Fits one tile, with a larger reach where no sample is on the same surface.
 void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, bool covered_only, Fitted& fitted) {
     const auto& kernels = best_guided_kernels();
-    const int top = down * tile_height, left = across * tile_width, bottom = std::min(top + tile_height, surfaces.height());
+    const int top = down * fit_height, left = across * fit_width, bottom = std::min(top + fit_height, surfaces.height());
     const Reaches::Reach corners[] = {reaches(down, across), reaches(down, across + 1), reaches(down + 1, across),
                                       reaches(down + 1, across + 1)};
     float widest = 0, narrowest = corners[0].reach;
     for (const auto& corner : corners) widest = std::max(widest, corner.reach), narrowest = std::min(narrowest, corner.reach);
     std::array<bool, Fitted::size> is_wanted;
-    std::array<bool, tile_height> is_done{};
+    std::array<bool, fit_height> is_done{};
     bool is_any = false;
     for (int y = top; y < bottom; ++y) {
         const float* const coverage = surfaces.row(GuidedSurfaces::coverage, y) + left;
-        const auto first = is_wanted.begin() + (y - top) * tile_width;
-        for (int x = 0; x < tile_width; ++x) first[x] = left + x < surfaces.width() && (!covered_only || coverage[x] > 0);
-        is_any = is_any || !(is_done[static_cast<std::size_t>(y - top)] = std::find(first, first + tile_width, true) == first + tile_width);
+        const auto first = is_wanted.begin() + (y - top) * fit_width;
+        for (int x = 0; x < fit_width; ++x) first[x] = left + x < surfaces.width() && (!covered_only || coverage[x] > 0);
+        is_any = is_any || !(is_done[static_cast<std::size_t>(y - top)] = std::find(first, first + fit_width, true) == first + fit_width);
     }
     if (!is_any) return;
-    int row_step = std::clamp(static_cast<int>(narrowest / reach_per_row), 1, tile_height - 1);
-    if (row_step > 1 && !is_plane(surfaces, top, bottom, left, std::min(left + tile_width, surfaces.width()))) row_step = 1;
+    int row_step = std::clamp(static_cast<int>(narrowest / reach_per_row), 1, fit_height - 1);
+    if (row_step > 1 && !is_plane(surfaces, top, bottom, left, std::min(left + fit_width, surfaces.width()))) row_step = 1;
     const auto is_fitted = [=](int y) { return (y - top) % row_step == 0 || y == bottom - 1; };
     for (int y = top; y < bottom; ++y) is_done[static_cast<std::size_t>(y - top)] |= !is_fitted(y);
     for (int widening = 0; widening < widenings; ++widening) {
@@ -272,11 +273,11 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
         const int reach = static_cast<int>(widest * scale) + 1;
         std::vector<GuidedRange> ranges;
         int found = 0;
-        for (int y = std::max(0, top - reach); y < std::min(surfaces.height(), top + tile_height + reach); ++y) {
+        for (int y = std::max(0, top - reach); y < std::min(surfaces.height(), top + fit_height + reach); ++y) {
             const auto row = traced.of_row(y);
             const auto before = [](const GuidedSample& sample, int column) { return sample.column < static_cast<float>(column); };
             const auto begin = std::lower_bound(row.begin(), row.end(), left - reach, before);
-            const auto end = std::lower_bound(begin, row.end(), left + tile_width + reach, before);
+            const auto end = std::lower_bound(begin, row.end(), left + fit_width + reach, before);
             const int from = traced.first[static_cast<std::size_t>(y)] + static_cast<int>(begin - row.begin());
             const int count = static_cast<int>(end - begin);
             if (count > 0) ranges.push_back({from, from + count, static_cast<float>(y)}), found += count;
@@ -286,7 +287,7 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
         for (int y = top; y < bottom; ++y) {
             const auto in_tile = static_cast<std::size_t>(y - top);
             if (is_done[in_tile]) continue;
-            const float t = static_cast<float>(y - top) / tile_height;
+            const float t = static_cast<float>(y - top) / fit_height;
             const auto blend = [&](auto of) { return std::array{of(corners[0]) + t * (of(corners[2]) - of(corners[0])), of(corners[1]) + t * (of(corners[3]) - of(corners[1]))}; };
             const auto far = blend([&](const Reaches::Reach& corner) { return scale * corner.reach; });
             const auto sharpness = blend([](const Reaches::Reach& corner) { return corner.sharpness; });
@@ -295,14 +296,14 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
             const GuidedRow wanted{static_cast<float>(y), static_cast<float>(left), row(GuidedSurfaces::depth), row(GuidedSurfaces::depth_right),
                                    row(GuidedSurfaces::depth_down), {row(GuidedSurfaces::normal_x), row(GuidedSurfaces::normal_y), row(GuidedSurfaces::normal_z)},
                                    {row(GuidedSurfaces::red), row(GuidedSurfaces::green), row(GuidedSurfaces::blue)}, row(GuidedSurfaces::coverage),
-                                   far[0], (far[1] - far[0]) / tile_width, sharpness[0], (sharpness[1] - sharpness[0]) / tile_width,
+                                   far[0], (far[1] - far[0]) / fit_width, sharpness[0], (sharpness[1] - sharpness[0]) / fit_width,
                                    {fresh.light[0].data(), fresh.light[1].data(), fresh.light[2].data()}, fresh.weight.data(),
                                    fresh.detail.data(), fresh.noise.data()};
             (components == 3 ? kernels.fit_color : kernels.fit_gray)(traced.samples.data(), ranges.data(), ranges.size(), step, guided_likeness,
-                                                                     wanted, tile_width, traced.is_noisy);
+                                                                     wanted, fit_width, traced.is_noisy);
             bool is_whole = true;
-            for (std::size_t x = 0; x < tile_width; ++x) {
-                const std::size_t i = in_tile * tile_width + x;
+            for (std::size_t x = 0; x < fit_width; ++x) {
+                const std::size_t i = in_tile * fit_width + x;
                 if (widening > 0 && fitted.weight[i] >= least_weight) continue;
                 for (int c = 0; c < components; ++c) fitted.light[c][i] = fresh.light[c][x];
                 fitted.weight[i] = fresh.weight[x], fitted.detail[i] = fresh.detail[x], fitted.noise[i] = fresh.noise[x];
@@ -318,9 +319,9 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
         if (is_fitted(y)) continue;
         const int after = std::min(before + row_step, bottom - 1);
         const float share = static_cast<float>(y - before) / static_cast<float>(after - before);
-        const auto place = [=](int row) { return static_cast<std::size_t>((row - top) * tile_width); };
+        const auto place = [=](int row) { return static_cast<std::size_t>((row - top) * fit_width); };
         const auto interpolate = [&](std::array<float, Fitted::size>& values) {
-            for (std::size_t x = 0; x < tile_width; ++x) {
+            for (std::size_t x = 0; x < fit_width; ++x) {
                 const float from = values[place(before) + x], to = values[place(after) + x];
                 values[place(y) + x] = from + share * (to - from);
             }
@@ -345,18 +346,18 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
     }
     const Reaches reaches(surfaces, traced);
     const float* const values = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
-    const int tiles_across = (width + tile_width - 1) / tile_width, tiles_down = (height + tile_height - 1) / tile_height;
+    const int tiles_across = (width + fit_width - 1) / fit_width, tiles_down = (height + fit_height - 1) / fit_height;
     parallel_for(static_cast<std::size_t>(tiles_across) * static_cast<std::size_t>(tiles_down), 8, [&](std::size_t begin, std::size_t end) {
         Fitted fitted;
         for (std::size_t tile = begin; tile < end; ++tile) {
             const int down = static_cast<int>(tile) / tiles_across, across = static_cast<int>(tile) % tiles_across;
             fit_tile(surfaces, traced, reaches, components, down, across, covered_only, fitted);
-            const int left = across * tile_width;
-            for (int y = down * tile_height; y < std::min((down + 1) * tile_height, height); ++y) {
+            const int left = across * fit_width;
+            for (int y = down * fit_height; y < std::min((down + 1) * fit_height, height); ++y) {
                 const auto row = traced.of_row(y);
                 auto own = std::lower_bound(row.begin(), row.end(), left, [](const GuidedSample& s, int x) { return s.column < static_cast<float>(x); });
-                for (int x = left; x < std::min(left + tile_width, width); ++x) {
-                    const auto in_tile = static_cast<std::size_t>((y - down * tile_height) * tile_width + x - left);
+                for (int x = left; x < std::min(left + fit_width, width); ++x) {
+                    const auto in_tile = static_cast<std::size_t>((y - down * fit_height) * fit_width + x - left);
                     const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
                     const bool is_traced = own != row.end() && own->column == static_cast<float>(x);
                     const bool is_empty = covered_only && !(surfaces.row(GuidedSurfaces::coverage, y)[x] > 0);

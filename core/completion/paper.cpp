@@ -39,7 +39,7 @@ Progress needed(int output, int height) {
     return p;
 }
 
-constexpr int least_rows = 2 * at_once;
+constexpr int row_step = 2 * at_once;
 constexpr int period = 4 * at_once;  // rows after which all layers have taken whole fours
 
 }  // namespace
@@ -109,8 +109,8 @@ private:
             return image(inputs, of.input, 1) + image(20, of.encoded1, 2) + image(80, of.encoded2, 4) + image(20, of.code, 4) +
                    image(5, of.decoded1, 2) + image(5, of.decoded2, 1) + image(1, rows, 1);
         };
-        int rows = least_rows;
-        while (rows < height && bytes(rows + least_rows) <= memory) rows += least_rows;
+        int rows = row_step;
+        while (rows < height && bytes(rows + row_step) <= memory) rows += row_step;
         return rows;
     }
 };

@@ -18,8 +18,6 @@
 namespace bob::files {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// Lines that end with a backslash go on in the next.
 std::string joined_lines(std::string_view text) {
     std::string result(text);

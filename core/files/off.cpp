@@ -9,8 +9,6 @@
 namespace bob::files {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// Properties of vertices, from the header's first word.
 struct Kind {
     bool has_texture_coordinates = false, has_colors = false, has_normals = false, is_homogeneous = false, has_dimension = false;
@@ -38,9 +36,9 @@ Kind take_kind(std::string_view& text) {
 }
 
 /// The numbers of a text; '#' ends the rest of a line.
-class Rows {
+class NumberReader {
 public:
-    explicit Rows(std::string_view text) : lines_(text) {}
+    explicit NumberReader(std::string_view text) : lines_(text) {}
 
     /// The next number, on this line or a later one; at the end of the file, an error names `what`.
     double next(const std::string& what) {
@@ -64,11 +62,6 @@ private:
     Words words_{{}};
     std::vector<double> rest_;
 };
-
-/// As an index; -1 of other numbers.
-std::int32_t index_of(double number) {
-    return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
-}
 
 /// Colours of rows, which have them or not.
 class Colors {
@@ -104,7 +97,7 @@ Contents read_off(Bytes bytes, Beside&) {
     }
     const Kind kind = take_kind(text);
     if (is_word(trimmed(text).substr(0, 6), "binary")) refuse({"expected an OFF as text, got a binary one"});
-    Rows rows(text);
+    NumberReader rows(text);
     const std::string of_counts = "counts of vertices and faces";
     if (kind.has_dimension) {
         if (rows.next(of_counts) != 3) {

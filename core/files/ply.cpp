@@ -318,10 +318,6 @@ private:
     std::string_view word_;
 };
 
-std::int32_t index_of(double number) {
-    return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
-}
-
 void read_list(Source& source, const Property& property, const Target& target, std::size_t most) {
     const double length = source.length(*property.length);
     if (!(length >= 0 && length <= static_cast<double>(most) && length < 1u << 31)) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -38,6 +39,14 @@ namespace bob::files {
 /// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument for other words, and says so
 /// if it has a decimal comma.
 [[nodiscard]] double number_of(std::string_view word);
+
+/// A number that a file leaves out.
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// A number as an index; -1 if it is none.
+[[nodiscard]] constexpr std::int32_t index_of(double number) {
+    return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
+}
 
 /// The text of a file, without a byte order mark. Throws std::invalid_argument if that is one of UTF-16.
 [[nodiscard]] std::string_view text_of(Bytes bytes);

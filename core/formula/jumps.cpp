@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "base/thread_memory.h"
@@ -15,7 +16,7 @@ constexpr int max_jumps = 3;
 
 /// Cost of each node: it is bounded, tested for need, and copied if needed.
 constexpr std::uint64_t units_of_survey = 40;
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 enum class Sign { positive, negative, mixed };
 

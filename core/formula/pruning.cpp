@@ -10,8 +10,6 @@
 namespace bob {
 namespace {
 
-constexpr std::uint32_t unused = 0xffffffff;
-
 /// An instruction whose operands are registers of the pruned code, later numbers of values.
 struct Step {
     Instruction instruction;
@@ -80,7 +78,7 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
     std::ranges::reverse(steps);
 
     // A passed-on value exists already.
-    value_in.assign(static_cast<std::size_t>(code.registers), unused);
+    value_in.assign(static_cast<std::size_t>(code.registers), never_used);
     std::uint32_t values = 3;
     for (std::uint32_t axis = 0; axis < values; ++axis) value_in[axis] = axis;
     std::size_t kept = 0;
@@ -96,13 +94,13 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
     }
     steps.resize(kept);
 
-    last_use.assign(values, unused);
+    last_use.assign(values, never_used);
     for (const int result : results) last_use[value_in[static_cast<std::size_t>(result)]] = values;
     for (std::uint32_t i = values; i-- > 3;) {
         const Step& step = steps[i - 3];
         for (int k = 0; k < operands_of(step.instruction.op); ++k) {
             std::uint32_t& last = last_use[step.operand[k]];
-            if (last == unused) last = i;
+            if (last == never_used) last = i;
         }
     }
     Registers registers;
@@ -117,7 +115,7 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
         for (int k = 0; k < 3; ++k) *slots[k] = k < count ? place[step.operand[k]] : std::uint16_t{0};
         for (int k = 0; k < count; ++k) {
             const std::uint32_t operand = step.operand[k];
-            if (operand > 2 && last_use[operand] == i) registers.give_back(place[operand]), last_use[operand] = unused;
+            if (operand > 2 && last_use[operand] == i) registers.give_back(place[operand]), last_use[operand] = never_used;
         }
         instruction.out = place[i] = registers.take();
     }

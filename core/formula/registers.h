@@ -9,6 +9,9 @@
 
 namespace bob {
 
+/// In place of the last use of a value.
+constexpr std::uint32_t never_used = 0xffffffff;
+
 /// Allocates and frees registers.
 class Registers {
 public:

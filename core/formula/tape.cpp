@@ -14,8 +14,6 @@
 namespace bob {
 namespace {
 
-constexpr std::uint32_t unused = 0xffffffff;
-
 bool is_axis(Op op) { return op == Op::x || op == Op::y || op == Op::z; }
 
 /// A node as an instruction, with node numbers in place of registers.
@@ -122,14 +120,14 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
 
     // The last use of each node; lowering skips nodes without a use.
     if (steps.size() < count) steps.resize(count);
-    last_use.assign(count, unused);
+    last_use.assign(count, never_used);
     for (const std::uint32_t root : roots) last_use[root] = count;
     for (std::uint32_t i = count; i-- > 0;) {
-        if (last_use[i] == unused) continue;
+        if (last_use[i] == never_used) continue;
         lower(nodes, i, steps[i]);
         for (int k = 0; k < operands_of(steps[i].op); ++k) {
             std::uint32_t& last = last_use[steps[i].operand[k]];
-            if (last == unused) last = i;
+            if (last == never_used) last = i;
         }
     }
 
@@ -137,7 +135,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     place.resize(count);
     result.instructions.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
-        if (last_use[i] == unused) continue;
+        if (last_use[i] == never_used) continue;
         const Lowered& step = steps[i];
         if (is_axis(step.op)) {
             place[i] = static_cast<std::uint16_t>(static_cast<int>(step.op) - static_cast<int>(Op::x));
@@ -154,7 +152,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
             const std::uint32_t operand = step.operand[k];
             if (last_use[operand] == i && place[operand] > 2) {
                 registers.give_back(place[operand]);
-                last_use[operand] = unused;  // once only, if it occurs twice among the operands
+                last_use[operand] = never_used;  // once only, if it occurs twice among the operands
             }
         }
         instruction.out = place[i] = registers.take();
@@ -210,7 +208,7 @@ public:
             for (const std::uint32_t operand : steps_[i].operand) {
                 if (operand == none_ || last_use_[operand] != i) continue;
                 taken.give_back(place_[operand]);
-                last_use_[operand] = unused;  // once only, if it occurs twice among the operands
+                last_use_[operand] = never_used;  // once only, if it occurs twice among the operands
             }
             to.out = place_[i] = taken.take();
             if (taken.count() > most_registers) {
@@ -235,7 +233,7 @@ private:
 
     void find_operands(int registers, int result) {
         none_ = static_cast<std::uint32_t>(before_.size());
-        steps_.assign(none_ + 1, {{none_, none_, none_}, 0, 0, 0}), place_.resize(none_ + 1), last_use_.assign(none_ + 1, unused);
+        steps_.assign(none_ + 1, {{none_, none_, none_}, 0, 0, 0}), place_.resize(none_ + 1), last_use_.assign(none_ + 1, never_used);
         writer_.assign(static_cast<std::size_t>(registers), none_);
         for (std::uint32_t i = 0; i < none_; ++i) {
             const Instruction& from = before_[i];

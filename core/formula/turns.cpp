@@ -5,13 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <utility>
 
 namespace bob {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 /// Sectors for one, two and three turns: 45 degrees at most, so that no sector's bounds contain the axis.
 constexpr std::array<std::size_t, 3> sectors_of = {32, 16, 8};

@@ -37,12 +37,12 @@ Vec3 multiplied(Vec3 light, Vec3 albedo) {
 float divisor(Vec3 albedo) { return std::max(luminance(albedo), min_albedo); }
 
 /// A first hit at a pixel.
-struct Hit {
+struct FirstHit {
     bool is_surface, is_ground;
     float depth;
     Vec3 normal, albedo;  // the normal in screen space
 
-    Hit(const SeenSurfaces& surfaces, std::size_t pixels, std::size_t i) {
+    FirstHit(const SeenSurfaces& surfaces, std::size_t pixels, std::size_t i) {
         const auto value = [&](std::size_t plane) { return surfaces.planes[plane * pixels + i]; };
         is_surface = value(first_hit::mask) > 0, is_ground = !is_surface && surfaces.ground && surfaces.ground[i] > 0;
         depth = is_ground ? surfaces.ground[pixels + i] : value(first_hit::depth);
@@ -84,7 +84,7 @@ void LightHistory::move(const Camera& camera, int height, int width, const SeenS
             const float row = std::round(seen.row), column = std::round(seen.column);
             if (!(row >= 0 && row < static_cast<float>(height_) && column >= 0 && column < static_cast<float>(width_))) continue;
             const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
-            const Hit hit(surfaces, pixels(), i);
+            const FirstHit hit(surfaces, pixels(), i);
             if (sample.on_ground ? !hit.is_ground : !hit.is_surface) continue;
             if (!sample.on_ground) {
                 const float tolerance = same_depth * projection.pixel_side(hit.depth) / std::max(hit.normal.z, steepest);
@@ -118,7 +118,7 @@ void LightHistory::add(std::span<const Pixel> traced_pixels, std::span<const Tra
     for (std::size_t k = 0; k < traced_pixels.size(); ++k) {
         const auto [row, column] = traced_pixels[k];
         const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
-        const Hit hit(surfaces, pixels(), i);
+        const FirstHit hit(surfaces, pixels(), i);
         if (!hit.is_surface && !hit.is_ground) continue;
         const auto y = static_cast<float>(row), x = static_cast<float>(column);
         const float scale = hit.is_surface ? divisor(hit.albedo) : 1;
@@ -153,7 +153,7 @@ std::vector<Pixel> LightHistory::next(std::size_t count, std::uint32_t seed, boo
             if (at_[i] >= 0) {
                 const Sample& sample = samples_[static_cast<std::size_t>(at_[i])];
                 wanted.push_back({sample.is_reprojected ? unknown / 2 * random(pixel) : noise(sample), pixel});
-            } else if (const Hit hit(surfaces, pixels(), i); hit.is_surface || hit.is_ground) {
+            } else if (const FirstHit hit(surfaces, pixels(), i); hit.is_surface || hit.is_ground) {
                 wanted.push_back({unknown * random(pixel), pixel});
             }
         }
@@ -171,7 +171,7 @@ std::vector<Pixel> LightHistory::next(std::size_t count, std::uint32_t seed, boo
                         const std::int32_t i = y * width_ + x;
                         is_known = at_[static_cast<std::size_t>(i)] >= 0;
                         const auto shown = [&] {
-                            const Hit hit(surfaces, pixels(), static_cast<std::size_t>(i));
+                            const FirstHit hit(surfaces, pixels(), static_cast<std::size_t>(i));
                             return hit.is_surface || hit.is_ground;
                         };
                         if (!is_known && (best < 0 || random(i) > random(best)) && shown()) best = i;
@@ -197,7 +197,7 @@ void LightHistory::write(const SeenSurfaces& surfaces, float* planes) const {
         for (std::size_t n = begin; n < end; ++n) {
             const Sample& sample = samples_[n];
             const auto i = static_cast<std::size_t>(sample.pixel);
-            const Hit hit(surfaces, pixels(), i);
+            const FirstHit hit(surfaces, pixels(), i);
             const auto put = [&](Plane plane, float value) { planes[plane * pixels() + i] = value; };
             put(mask, 1), put(shadow, sample.shadow);
             if (!hit.is_surface) {

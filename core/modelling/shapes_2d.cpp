@@ -8,7 +8,7 @@
 namespace bob {
 namespace {
 
-constexpr Vector<2> origin{0, 0}, up{0, 1};
+constexpr Vector<2> origin_2d{0, 0}, up_2d{0, 1};
 const double sqrt3 = std::sqrt(3.0);
 
 Object line(const Arguments& a) {
@@ -141,10 +141,10 @@ void add_shapes_2d(std::vector<Word>& words) {
         words.push_back({name, Word::Kind::shape, 2, 2, std::move(parameters), meaning, call});
     };
     const auto number = Type::number;
-    const Parameter r = required("r", number), center = with_default("center", Type::vector, origin);
+    const Parameter r = required("r", number), center = with_default("center", Type::vector, origin_2d);
 
     shape("circle", {with_default("radius", number, 1.0), center}, ball<2>, "A disk.");
-    shape("line", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, line,
+    shape("line", {with_default("normal", Type::vector, up_2d), with_default("point", Type::vector, origin_2d)}, line,
           "Half of the plane: the side of the point that the normal leads to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),

@@ -9,7 +9,7 @@
 namespace bob {
 namespace {
 
-constexpr Vector<3> origin{0, 0, 0}, up{0, 0, 1};
+constexpr Vector<3> origin_3d{0, 0, 0}, up_3d{0, 0, 1};
 
 /// A point relative to the line from a to b. Its distance along the line from a, and its distance from the line.
 struct Axial {
@@ -207,10 +207,10 @@ void add_shapes_3d(std::vector<Word>& words) {
     const auto number = Type::number;
     const Parameter a = required("a", Type::vector), b = required("b", Type::vector), r = required("r", number);
     const Parameter radius = required("radius", number), h = required("h", number), size = required("size", Type::size);
-    const Parameter center = with_default("center", Type::vector, origin);
+    const Parameter center = with_default("center", Type::vector, origin_3d);
 
     shape("sphere", {with_default("radius", number, 1.0), center}, ball<3>, "A ball.");
-    shape("plane", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, plane,
+    shape("plane", {with_default("normal", Type::vector, up_3d), with_default("point", Type::vector, origin_3d)}, plane,
           "Half of space: the side of the point that the normal leads to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),

@@ -62,9 +62,9 @@ double largest(const F& f, double a, double b) {
 }
 
 /// The highest point of a border's pieces.
-double highest_of_border(const Height& height, const std::vector<Piece>& pieces) {
+double highest_of_border(const Height& height, const std::vector<LoopPiece>& pieces) {
     double best = -HUGE_VAL;
-    for (const Piece& piece : pieces) {
+    for (const LoopPiece& piece : pieces) {
         Interruption::check();
         const auto f = [&](double t) {
             const At point = at(piece, t);
@@ -114,7 +114,7 @@ double highest_inside(const Height& height, const TrimRegion& region, double bes
 std::array<double, 2> extremes(const NurbsSurface& surface, std::span<const TrimLoop> loops, const std::array<double, 3>& direction) {
     const Height up(surface, direction), down(surface, -1.0 * direction);
     const auto &u = up.knots_u, &v = up.knots_v;
-    std::vector<Piece> pieces;
+    std::vector<LoopPiece> pieces;
     for (const TrimLoop& loop : loops) std::ranges::move(pieces_of(loop), std::back_inserter(pieces));
     if (loops.empty()) {
         // Of each span, so that no extreme is between samples.

@@ -21,14 +21,14 @@ inline std::vector<double> distinct_knots(int degree, std::span<const double> kn
     return result;
 }
 
-using Piece = BezierCurve<2>;
+using LoopPiece = BezierCurve<2>;
 
 struct At {
     double u, v, dv;
 };
 
 /// The point of a piece at t in 0..1, and the derivative of v.
-inline At at(const Piece& piece, double t) {
+inline At at(const LoopPiece& piece, double t) {
     std::array<Homogeneous<2>, max_degree + 1> points;
     std::ranges::copy(piece.control_points, points.begin());
     const std::size_t n = piece.control_points.size();
@@ -46,15 +46,15 @@ inline At at(const Piece& piece, double t) {
 }
 
 /// The pieces of a loop, with the lines that close its gaps.
-inline std::vector<Piece> pieces_of(const TrimLoop& loop) {
-    std::vector<Piece> result;
+inline std::vector<LoopPiece> pieces_of(const TrimLoop& loop) {
+    std::vector<LoopPiece> result;
     const auto line_to = [&](const Homogeneous<2>& end) {
         const Homogeneous<2>& start = result.back().control_points.back();
         const Homogeneous<2> a{start[0] / start[2], start[1] / start[2], 1}, b{end[0] / end[2], end[1] / end[2], 1};
         if (a != b) result.push_back({0, 1, {a, b}});
     };
     for (const NurbsCurve<2>& curve : loop) {
-        std::vector<Piece> own = decompose(curve);
+        std::vector<LoopPiece> own = decompose(curve);
         if (!result.empty()) line_to(own.front().control_points.front());
         std::ranges::move(own, std::back_inserter(result));
     }

@@ -147,7 +147,7 @@ private:
 constexpr int looked = 16;  // points of a piece, between which it crosses a knot at most once, and of a polygon
 
 /// Where a piece crosses knots, and its ends.
-std::vector<double> breaks_of(const Piece& piece, const Lines& lines) {
+std::vector<double> breaks_of(const LoopPiece& piece, const Lines& lines) {
     std::vector<double> result{0, 1};
     std::array<At, looked + 1> points;
     for (int i = 0; i <= looked; ++i) points[static_cast<std::size_t>(i)] = at(piece, static_cast<double>(i) / looked);
@@ -171,9 +171,9 @@ std::vector<double> breaks_of(const Piece& piece, const Lines& lines) {
 
 using Polygon = std::vector<std::array<double, 2>>;
 
-Polygon polygon_of(const std::vector<Piece>& pieces) {
+Polygon polygon_of(const std::vector<LoopPiece>& pieces) {
     Polygon result;
-    for (const Piece& piece : pieces) {
+    for (const LoopPiece& piece : pieces) {
         const int count = piece.degree() == 1 ? 1 : looked;
         for (int i = 0; i < count; ++i) {
             const At point = at(piece, static_cast<double>(i) / count);
@@ -280,13 +280,13 @@ Moments moments(const NurbsSurface& surface, std::span<const TrimLoop> loops) {
         result.inside = inside_of({}, lines);
         return result;
     }
-    std::vector<std::vector<Piece>> pieces;
+    std::vector<std::vector<LoopPiece>> pieces;
     std::vector<Polygon> polygons;
     for (const TrimLoop& loop : loops) polygons.push_back(polygon_of(pieces.emplace_back(pieces_of(loop))));
     const std::vector<int> signs = signs_of(polygons);
     const double low = lines.knots_v.front(), high = lines.knots_v.back();
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-        for (const Piece& piece : pieces[i]) {
+        for (const LoopPiece& piece : pieces[i]) {
             Interruption::check();
             const std::vector<double> breaks = breaks_of(piece, lines);
             const auto along = [&](double t) {

@@ -16,7 +16,7 @@ constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  
 constexpr std::uint32_t exploring = 5;
 
 /// Added to every contrast, so that among squares with equal corners the larger come first.
-constexpr std::uint32_t floor = 1;
+constexpr std::uint32_t base_contrast = 1;
 
 /// Children of a chosen pixel that is not traced yet are queued with this percentage of its contrast. One round thus
 /// refines several levels where the contrast is high.
@@ -210,7 +210,7 @@ std::uint8_t AdaptiveOrder::queue_of(std::uint32_t contrast, int octave_of_area)
     static constexpr auto of_contrasts = [] {
         std::array<std::uint8_t, Look::most + 1> result{};
         for (std::uint32_t contrast = 0; contrast <= Look::most; ++contrast) {
-            const std::uint32_t worth = contrast + floor;
+            const std::uint32_t worth = contrast + base_contrast;
             const int octave = std::bit_width(worth) - 1;
             result[contrast] = static_cast<std::uint8_t>(8 * octave + static_cast<int>((worth << 3 >> octave) & 7));
         }

@@ -31,7 +31,7 @@ struct Group {
 };
 
 /// The memory for a batch of rays. Each thread keeps one between calls.
-struct Batch {
+struct RayBatch {
     std::vector<Entrance> entrances, grouped;
     std::vector<Group> groups;
     std::vector<std::size_t> slots;  // per instance; all 0 except while grouping
@@ -42,8 +42,8 @@ struct Batch {
     std::vector<Hit> hits;
     std::vector<Vec3> vectors;
 
-    static Batch& of_this_thread(std::size_t most_rays, std::size_t instances, std::size_t most_entrances) {
-        Batch& batch = thread_memory<Batch>();
+    static RayBatch& of_this_thread(std::size_t most_rays, std::size_t instances, std::size_t most_entrances) {
+        RayBatch& batch = thread_memory<RayBatch>();
         if (batch.rays.size() < most_rays) {
             batch.start.resize(most_rays), batch.rays.resize(most_rays);
             batch.hits.resize(most_rays), batch.vectors.resize(most_rays);
@@ -124,7 +124,7 @@ bool stands_as_it_is(const Instance& instance) { return instance.to_shape == Aff
 
 /// Transforms the rays of entrances to the shape's coordinates, each from its start in the batch on. Directions keep
 /// the map's scale, so that t is the same in both.
-void take_rays(const Instance& instance, bool moved, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
+void take_rays(const Instance& instance, bool moved, std::span<const Entrance> entrances, std::span<const Ray> rays, RayBatch& batch) {
     if (!moved) {
         for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
         return;
@@ -140,7 +140,7 @@ void take_rays(const Instance& instance, bool moved, std::span<const Entrance> e
 
 /// Intersects a group's rays with its instance, except rays with a hit nearer than the box. The order of groups affects
 /// the work, not the results. Afterwards the batch holds the rays that it intersected, and their number is returned.
-std::size_t ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
+std::size_t ask(const Instance& instance, const Group& group, RayBatch& batch, std::span<const Ray> rays,
                 std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
     const Vec3 diagonal = instance.high - instance.low;
@@ -190,7 +190,7 @@ void fill_normals(std::span<const SectionPlane> planes, std::span<const Ray> ray
 /// Calls `use` for each instance with hits; the batch holds its rays, in the shape's coordinates, and their hits.
 template <class Use>
 void for_each_group(std::span<const Instance> instances, bool has_sections, std::span<const Ray> rays, std::span<const SceneHit> hits, Use use) {
-    Batch& batch = Batch::of_this_thread(rays.size(), instances.size(), rays.size());
+    RayBatch& batch = RayBatch::of_this_thread(rays.size(), instances.size(), rays.size());
     std::size_t count = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const std::uint32_t k = hits[i].instance;
@@ -237,7 +237,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
 void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
     if (!planes_.empty()) return hits_in_sections(rays, hits);
     if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; without this they take a tenth longer
-        Batch& batch = Batch::of_this_thread(rays.size(), 0, 0);
+        RayBatch& batch = RayBatch::of_this_thread(rays.size(), 0, 0);
         instances_[0].shape->closest_hits(rays, {batch.hits.data(), rays.size()});
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const Hit& hit = batch.hits[i];
@@ -288,7 +288,7 @@ struct Scene::Caps {
 
 void Scene::hits_before(std::span<const Ray> rays, std::span<SceneHit> hits, Caps* caps) const {
     if (tree_.nodes.empty()) return;
-    Batch& batch = Batch::of_this_thread(rays.size(), instances_.size(), entrances_at_once + tree_.boxes);
+    RayBatch& batch = RayBatch::of_this_thread(rays.size(), instances_.size(), entrances_at_once + tree_.boxes);
     for (std::size_t i = 0; i < rays.size();) {
         std::size_t count;
         i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
@@ -399,7 +399,7 @@ void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneH
     fill_normals(planes_, rays, hits, normals);
     std::fill(colors.begin(), colors.end(), Vec3{1, 1, 1});
     if (!planes_.empty() && !colors.empty()) color_caps(rays, hits, widths, colors);
-    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, RayBatch& batch) {
         const std::size_t count = hit_rays.size();
         const std::span<const Ray> met{batch.rays.data(), count};
         const std::span<const Hit> found{batch.hits.data(), count};
@@ -418,7 +418,7 @@ void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneH
 
 void Scene::face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
     fill_normals(planes_, rays, hits, normals);
-    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+    for_each_group(instances_, !planes_.empty(), rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, RayBatch& batch) {
         const std::size_t count = hit_rays.size();
         const std::span<Vec3> vectors{batch.vectors.data(), count};
         instance.shape->face_normals({batch.rays.data(), count}, {batch.hits.data(), count}, vectors);

@@ -48,7 +48,7 @@ struct Numbered {
 };
 
 /// Rays traced together, their hits, and the indices of their samples.
-struct Batch {
+struct PixelBatch {
     std::vector<Numbered> pixels;
     std::vector<Ray> rays;
     std::vector<SceneHit> hits;
@@ -59,8 +59,8 @@ struct Batch {
     std::vector<Light> lights;      // per surface, if they differ
 
     /// Each thread keeps one between calls.
-    static Batch& of_this_thread(std::size_t most_rays) {
-        Batch& batch = thread_memory<Batch>();
+    static PixelBatch& of_this_thread(std::size_t most_rays) {
+        PixelBatch& batch = thread_memory<PixelBatch>();
         if (batch.rays.size() < most_rays) {
             batch.sample.resize(most_rays), batch.pixels.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
             batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
@@ -76,10 +76,10 @@ void put(Vec3 rgb, float* to) { to[0] = rgb.x, to[1] = rgb.y, to[2] = rgb.z; }
 Vec3 product(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 /// Writes one channel of the first `count` surfaces to their samples, `width` numbers each, at `place`.
-using Write = void (*)(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place);
+using Write = void (*)(const PixelBatch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place);
 
 template <auto write>
-void write_all(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place) {
+void write_all(const PixelBatch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place) {
     for (std::size_t i = 0; i < count; ++i) write(batch.surfaces[i], samples + batch.sample[i] * width + place);
 }
 
@@ -101,7 +101,7 @@ Write writer_of(const Channel& channel) {
 }
 
 /// Writes gray and color, which share the lighting, each at its place in a sample; not if that is negative.
-void write_shades(const Batch& batch, std::size_t count, float* samples, std::size_t width, int gray, int color) {
+void write_shades(const PixelBatch& batch, std::size_t count, float* samples, std::size_t width, int gray, int color) {
     if (gray < 0 && color < 0) return;
     for (std::size_t i = 0; i < count; ++i) {
         const Surface& s = batch.surfaces[i];
@@ -181,7 +181,7 @@ public:
     /// Writes each sample of a batch at its index.
     void operator()(std::span<const Numbered> pixels, float* samples) const {
         constexpr std::size_t ahead = 16;  // samples; sorted pixels rarely find them in the cache
-        Batch& batch = Batch::of_this_thread(pixels.size());
+        PixelBatch& batch = PixelBatch::of_this_thread(pixels.size());
         std::size_t count = 0, found = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             if (i + ahead < pixels.size()) __builtin_prefetch(samples + pixels[i + ahead].number * components(), 1);

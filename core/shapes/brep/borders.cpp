@@ -33,7 +33,7 @@ struct Border {
 /// A piece of a loop in space.
 class Curve {
 public:
-    Curve(const NurbsSurface& surface, Piece piece) : surface_(&surface), piece_(std::move(piece)) {}
+    Curve(const NurbsSurface& surface, LoopPiece piece) : surface_(&surface), piece_(std::move(piece)) {}
 
     [[nodiscard]] Vec3d operator()(double t) const {
         const At place = at(piece_, t);
@@ -49,7 +49,7 @@ public:
 
 private:
     const NurbsSurface* surface_;
-    Piece piece_;
+    LoopPiece piece_;
 };
 
 std::vector<Vec3d> points_of(std::span<const Curve> curves, int steps) {
@@ -61,8 +61,8 @@ std::vector<Vec3d> points_of(std::span<const Curve> curves, int steps) {
 }
 
 /// The pieces of a loop's curve, or the four sides of a surface without loops.
-std::vector<std::vector<Piece>> curves_of(const Face& face) {
-    std::vector<std::vector<Piece>> curves;
+std::vector<std::vector<LoopPiece>> curves_of(const Face& face) {
+    std::vector<std::vector<LoopPiece>> curves;
     for (const TrimLoop& loop : face.loops) {
         for (const NurbsCurve<2>& curve : loop) curves.push_back(decompose(curve));
     }
@@ -90,9 +90,9 @@ void add_borders(const Face& face, std::uint32_t number, std::vector<Border>& bo
         }
         joined.clear();
     };
-    for (const std::vector<Piece>& pieces : curves_of(face)) {
+    for (const std::vector<LoopPiece>& pieces : curves_of(face)) {
         Interruption::check();
-        for (const Piece& piece : pieces) {
+        for (const LoopPiece& piece : pieces) {
             Curve curve(face.surface, piece);
             if (!joined.empty() && dot(joined.back().direction(true), curve.direction(false)) < cos_kink) flush();
             joined.push_back(std::move(curve));
