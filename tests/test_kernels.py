@@ -14,7 +14,9 @@ from bobrossnet.learn import networks
 from bobrossnet.support.machine import extra_memory
 
 BUILD = Path(__file__).parent.parent / "build/native"
-OBJECTS = sorted(file for isa in ("baseline", "avx2", "avx512") for file in BUILD.glob(f"CMakeFiles/bobrossnet_{isa}.dir/**/*.o"))
+OBJECTS = sorted(
+    file for isa in ("baseline", "avx2", "avx512") for file in BUILD.glob(f"CMakeFiles/bobrossnet_{isa}.dir/**/*.o")
+)
 
 
 def test_the_best_instruction_set_of_the_machine_is_in_use():
@@ -30,7 +32,9 @@ def kernels_of(file):
     return next(part for part in file.parts if part.startswith("bobrossnet_"))
 
 
-@pytest.mark.skipif(not BUILD.is_dir() or shutil.which("nm") is None, reason="needs nm, and the package built here by make")
+@pytest.mark.skipif(
+    not BUILD.is_dir() or shutil.which("nm") is None, reason="needs nm, and the package built here by make"
+)
 def test_kernels_share_no_code():
     """The linker keeps one copy of a function emitted by several objects: perhaps one with AVX-512, on any machine."""
     of_each = Counter(kernels_of(file) for file in OBJECTS)
