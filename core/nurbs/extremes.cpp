@@ -13,6 +13,7 @@ namespace {
 
 constexpr int border_samples = 16, inside_samples = 6;  // of a piece of a border, and of a span along either parameter
 constexpr int golden_steps = 60, newton_steps = 16;
+constexpr double golden = 0.6180339887498949;
 
 /// The height of a surface along a direction.
 class Height {
@@ -22,6 +23,17 @@ public:
     }
 
     std::vector<double> knots_u, knots_v;
+
+    /// No point is higher than this, up to rounding: a surface of positive weights lies in the hull of its control points.
+    [[nodiscard]] double bound() const {
+        double highest = -HUGE_VAL, largest = 0;
+        for (const auto& [x, y, z, w] : surface_.control_points) {
+            if (!(w > 0)) return HUGE_VAL;
+            const double height = dot({x / w, y / w, z / w});
+            highest = std::max(highest, height), largest = std::max(largest, std::abs(height));
+        }
+        return highest - 1e-14 * largest;
+    }
 
     [[nodiscard]] double clamped_u(double u) const { return std::clamp(u, knots_u.front(), knots_u.back()); }
     [[nodiscard]] double clamped_v(double v) const { return std::clamp(v, knots_v.front(), knots_v.back()); }
@@ -53,16 +65,19 @@ private:
 /// The largest value of f between two parameters around its largest sample: golden-section search.
 template <class F>
 double largest(const F& f, double a, double b) {
+    double c = std::lerp(b, a, golden), d = std::lerp(a, b, golden), at_c = f(c), at_d = f(d);
     for (int i = 0; i < golden_steps; ++i) {
-        const double c = std::lerp(a, b, 0.382), d = std::lerp(a, b, 0.618);
-        const bool rises = f(c) < f(d);
-        (rises ? a : b) = rises ? c : d;
+        if (at_c < at_d) {
+            a = c, c = d, at_c = at_d, d = std::lerp(a, b, golden), at_d = f(d);
+        } else {
+            b = d, d = c, at_d = at_c, c = std::lerp(b, a, golden), at_c = f(c);
+        }
     }
-    return f((a + b) / 2);
+    return std::max(at_c, at_d);
 }
 
-/// The highest point of a border's pieces.
-double highest_of_border(const Height& height, const std::vector<LoopPiece>& pieces) {
+/// The highest point of a border's pieces; any point at `bound`, if one is there.
+double highest_of_border(const Height& height, const std::vector<LoopPiece>& pieces, double bound) {
     double best = -HUGE_VAL;
     for (const LoopPiece& piece : pieces) {
         Interruption::check();
@@ -74,6 +89,7 @@ double highest_of_border(const Height& height, const std::vector<LoopPiece>& pie
         for (int i = 0; i <= border_samples; ++i) samples[static_cast<std::size_t>(i)] = f(static_cast<double>(i) / border_samples);
         const auto top = std::ranges::max_element(samples);
         best = std::max(best, *top);
+        if (best >= bound) return best;
         const auto i = static_cast<double>(top - samples.begin());
         best = std::max(best, largest(f, std::max(i - 1, 0.0) / border_samples, std::min(i + 1, static_cast<double>(border_samples)) / border_samples));
     }
@@ -126,7 +142,10 @@ std::array<double, 2> extremes(const NurbsSurface& surface, std::span<const Trim
         }
     }
     const TrimRegion region(loops, {u.front(), u.back(), v.front(), v.back()});
-    const auto highest = [&](const Height& height) { return highest_inside(height, region, highest_of_border(height, pieces)); };
+    const auto highest = [&](const Height& height) {
+        const double bound = height.bound(), best = highest_of_border(height, pieces, bound);
+        return best < bound ? highest_inside(height, region, best) : best;
+    };
     return {-highest(down), highest(up)};
 }
 
