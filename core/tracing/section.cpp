@@ -17,7 +17,7 @@ constexpr double most_shortened = 32;
 /// Of hatching: the distance of lines, in radii of the scene, their share of it, and how much they darken.
 constexpr float period = 1.f / 24, duty = 0.2f, darkness = 0.3f;
 
-/// Of lines of parts in turn.
+/// Hatch lines per `period`; part after part takes the next of these.
 constexpr float closeness[] = {1, 1, 1.6f, 1.6f, 0.7f, 0.7f};
 
 /// How much of 0..x lines cover that begin at whole numbers.

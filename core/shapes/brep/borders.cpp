@@ -18,7 +18,7 @@ namespace {
 /// Of curves, in radii of the shape: CAD systems write seven digits at least.
 constexpr EdgeTolerance exact{1e-7, 1e-7};
 
-/// Steps along a Bezier piece: those of lines and circles, and of free curves, whose points are then within about 1e-4 of their length.
+/// Steps along a Bezier piece: few for lines and circles, many for free curves. Their points are then within about 1e-4 of their length.
 constexpr int few = 8, many = 64;
 
 /// Pieces of one curve that meet at a larger angle are two edges.
@@ -101,7 +101,7 @@ void add_borders(const Face& face, std::uint32_t number, std::vector<Border>& bo
     }
 }
 
-/// Cells of space, by which equal places are found.
+/// Cells of space, to find equal places.
 class Places {
 public:
     explicit Places(double near) : near_(near) {}

@@ -69,7 +69,7 @@ public:
 
     [[nodiscard]] const Arrays& arrays() const { return arrays_; }
 
-    /// Edges: where the shading normal jumps, and those of a single triangle. Not virtual: small pages leave them out.
+    /// Edges where the shading normal jumps, and open borders. Not virtual: small pages leave them out.
     [[nodiscard]] const std::vector<ShapeEdge>& creases() const;
 
     /// The unit normals at the triangles' corners, which shading interpolates.
