@@ -230,7 +230,7 @@ class Images {
     return made;
   }
 
-  /** @template T @param {number} image @param {() => Promise<T>} read what needs it */
+  /** @template T @param {number} image @param {() => Promise<T>} read uses the image */
   #read(image, read) {
     return this.#attempt(read, `texture ${this.contents.images[image].label} was left out`);
   }

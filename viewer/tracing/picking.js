@@ -8,9 +8,9 @@
  * @typedef {{point: number[], normal: number[], instance: number, part: string | null, kind: string, face: number | null, section: number | null,
  *   unit: string | null, inSphere: import("../picture/projection.js").Vector, snapped: import("./scene.js").Snap["kind"] | null, radius: number | null}} Picked
  *   point: in the scene's coordinates; normal: of its triangle or face, of unit length; instance: its index in the file; part: its path in
- *   the tree of parts; kind: of its shape, mesh, brep, implicit or tube; face: the number of the triangle, or of the face, null of other shapes and of caps; section: of whose
- *   cap the point is; unit: of the scene; inSphere: the point in radii from the centre;
- *   snapped: what the point was snapped to; radius: of the circle whose centre or edge that is
+ *   the tree of parts; kind: of its shape, mesh, brep, implicit or tube; face: the number of the triangle, or of the face, null of other shapes and of caps; section: the section
+ *   whose cap was hit, or null; unit: of the scene; inSphere: the point in radii from the centre;
+ *   snapped: the kind of feature; radius: of the circle whose centre or edge that is
  *
  * @typedef {{
  *   pick: (place: PlaceInPicture, size: Size, camera: Camera) => Promise<import("./scene.js").Hit | null>,

@@ -222,7 +222,7 @@ export class Pool {
     share();
   }
 
-  /** Ends tracers that got no scene, because it does not fit all. @param {number} count of those that got it */
+  /** Ends the tracers without a scene, when it does not fit all of them. @param {number} count tracers with the scene */
   #keep(count) {
     this.#count = count;
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();

@@ -114,7 +114,7 @@ let edition = -1; // of the scene
  */
 let view;
 /**
- * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of those that were smoothed, and
+ * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of smoothed ones, and
  * milliseconds for one; the number of rows with lines.
  *
  * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number, lined: number} | undefined}
