@@ -45,7 +45,7 @@ class Measures:
     unit: str | None
     """None where the file does not say."""
     parts: tuple[Measures, ...] = ()
-    """The parts with surfaces of their own, in the sequence of the tree; not parts that only group others."""
+    """The parts with surfaces, in the sequence of the tree, without parts that only group others."""
 
     @property
     def size(self) -> Point:
@@ -121,7 +121,7 @@ def measure(what: Part | SceneLike, other: None = None, *, unit: str | None = No
 def measure(
     what: Part | Pick | SceneLike, other: Pick | None = None, *, unit: str | None = None
 ) -> Measures | FaceMeasures | Between:
-    """Measure a scene, a part, a face, or what is between two points.
+    """Measure a scene, a part, a face, or the distance between two points.
 
     Meshes and the faces of NURBS are measured as they are: by sums over triangles and integrals over trimmed faces. The
     area and volume of formulas and tubes come from two meshes, and `Measures.error` says how far to trust them.
@@ -353,7 +353,7 @@ def _between(a: Pick, b: Pick, scale: float, unit: str | None) -> Between:
 
 
 def _said(pick: Pick, scale: float, unit: str | None) -> str:
-    """Return what a pick was snapped to, in words."""
+    """Name the feature that a pick snapped to."""
     if pick.radius is not None:
         what = "centre" if pick.snapped == "center" else "edge"
         return f"{what} of a circle, radius {scale * pick.radius:.6g}{f' {unit}' if unit else ''}"

@@ -19,7 +19,7 @@ SHIFT = 0.0137
 """Of rays from the middle of their cells, in cells: edges of symmetric shapes lie there."""
 
 TOUCHING = 1e-4
-"""Depth up to which parts only touch, in diagonals of the smaller box: above rounding and the tracer's steps."""
+"""Parts that overlap less only touch, in diagonals of the smaller box: above rounding and the tracer's steps."""
 
 MAX_PAIRS = 500
 """Of parts whose boxes overlap, each for about 20 ms."""

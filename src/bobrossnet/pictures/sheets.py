@@ -47,7 +47,7 @@ MAX_NAMES = 12
 LINES = Edges(1.25, "#141820")
 
 LINE_SHARE, LEAST_LINE = 40, 14
-"""Lines of text in the shorter side, and their least pixels: letters stay legible on 768 pixels."""
+"""Lines of text that fill the shorter side, and their minimum height in pixels: letters stay legible on 768 pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +235,7 @@ def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, s
 
 
 def _axis(section: Section) -> tuple[int | None, float]:
-    """Return the axis along a section's normal and the coordinate of its plane; None if there is none."""
+    """Return the axis along a section's normal, None if it is oblique, and the coordinate of its plane."""
     axis = int(np.argmax(np.abs(section.normal)))
     if not np.allclose(np.delete(section.normal, axis), 0, atol=1e-9):
         return None, 0.0
