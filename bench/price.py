@@ -30,7 +30,7 @@ LATTICE_SHARES = (*SHARES, 0.4)
 SCALES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 """Sides of the smaller pictures."""
 BUDGETS = (0.1, 0.2, 0.3, 0.5)
-"""Times at which errors are compared, as shares of the time of all pixels."""
+"""Errors are compared at these shares of the time of all pixels."""
 ORDERS = ("priority", "adaptive", "squares", "lattice")
 SMALLER = "smaller picture"
 Times: TypeAlias = dict[str, float]

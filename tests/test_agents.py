@@ -1,4 +1,4 @@
-"""The tools for agents, by the protocol's own client: looking, picking, measuring, comparing, and what is refused."""
+"""The tools for agents, by the protocol's own client: looking, picking, measuring, comparing, and refusals."""
 
 import asyncio
 import base64
@@ -63,7 +63,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def calls(folder):
-    """Calls tools in turn; each result is what their texts hold, or a picture's array."""
+    """Calls tools one after another; each result is the object in the tool's text, or a picture's array."""
 
     def run(*wanted):
         async def session():
@@ -76,7 +76,7 @@ def calls(folder):
 
 
 def finished(coroutine):
-    """Run it in a thread of its own: browsers of other tests keep a loop in this one."""
+    """Run it in a new thread: browsers of other tests keep a loop in this one."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(asyncio.run, coroutine).result()
 
@@ -382,7 +382,7 @@ def test_a_hundred_calls_keep_no_memory(calls):
         ("describe", {"file": "no_hole.stl"}),
         ("compare", {"first": "plate.stl", "second": "thick.stl", "size": "150x50"}),
     ]
-    calls(*five * 8)  # until allocators have what they keep
+    calls(*five * 8)  # until the allocators' memory stops growing
     before = resident()
     calls(*five * 20)
     assert resident() - before < 30

@@ -191,7 +191,7 @@ def test_a_plane_that_misses_everything(section, seen):
 @pytest.mark.parametrize("make", [lambda: box(1), lambda: bob.Mesh(*cube())])
 def test_a_plane_in_a_face(make):
     camera = bob.Camera(azimuth=30, elevation=50)
-    # What is kept ends at its own face: a cap. What only touches the kept side is gone.
+    # The kept part ends at its own face: a cap. A part that only touches the kept side is gone.
     below = bob.trace(make(), camera, size=(64, 64), section="z=0.5")
     capped, points, _ = on_caps(bob.Scene(make(), section="z=0.5"), camera, (64, 64))
     top = (np.abs(points[..., 2] - 0.5) < 1e-5) & (below.depth > 0)
