@@ -53,7 +53,7 @@ SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_P
 
 @pytest.fixture(params=[{}, SHARING], ids=["alone", "shared"])
 def headers(request):
-    """Return a server's headers: without and with those that let workers share memory."""
+    """Return a server's headers, which forbid or allow workers to share memory."""
     return request.param
 
 

@@ -1,4 +1,4 @@
-"""JSON, with errors of one line that name the place."""
+"""JSON, with errors of one line that name the faulty entry."""
 
 from __future__ import annotations
 

@@ -123,15 +123,15 @@ def measure(
 ) -> Measures | FaceMeasures | Between:
     """Measure a scene, a part, a face, or the distance between two points.
 
-    Meshes and the faces of NURBS are measured as they are: by sums over triangles and integrals over trimmed faces. The
-    area and volume of formulas and tubes come from two meshes, and `Measures.error` says how far to trust them.
+    Meshes and the faces of NURBS are measured exactly: by sums over triangles and integrals over trimmed faces. The
+    area and volume of formulas and tubes are estimated from two meshes, with the error `Measures.error`.
 
     Parameters
     ----------
     what : Scene, Shape, Part, path or Pick
-        A `Pick` is what `pick` or `View.pick` returns.
+        A `Pick` comes from `pick` or `View.pick`.
     other : Pick, optional
-        A second one, of the same scene.
+        A second pick of the same scene.
     unit : str, optional
         A unit such as "mm" or "in" to convert lengths to; by default the scene's own.
 
