@@ -307,7 +307,7 @@ def test_rays_meet_what_numpy_finds(tmp_path: Path) -> None:
         (function("5", [], {"shape": "n7.result"}), "expected a node n7, got none"),
         (function("5", [node("length", "A=n0")], {"shape": "n0.result"}), "without a cycle, got one through n0"),
         (function("5", [node("length")], {"shape": "n0.result"}), "n0: expected A, got none"),
-        (function("5", [node("erode", POS)], {"shape": "n0.result"}), "a kind of node that is read, got erode"),
+        (function("5", [node("erode", POS)], {"shape": "n0.result"}), "a supported kind of node, got erode"),
         (function("5", [node("min", f"{POS} B=n1"), node("length", POS)], {"shape": "n0.result"}),
          "expected a vector, got a scalar"),
         (function("5", [node("constant", value="many")], {"shape": "n0.result"}), "expected numbers, got others"),

@@ -189,8 +189,8 @@ def test_files_elsewhere_are_refused(calls, folder, name):
         ("look", {}, "file, script: expected one of them"),
         ("look", {"script": "sphere(1)", "size": "4000x10"}, "size: expected at most 2048 pixels a side, got 4000x10"),
         ("look", {"script": "sphere(1)", "views": ["above"]}, "views: expected one of front, "),
-        ("pick", {"row": 0, "column": 0}, "pick: expected a picture before; call look"),
-        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected a picture before; call look"),
+        ("pick", {"row": 0, "column": 0}, "pick: expected an earlier picture; call look first"),
+        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected an earlier picture; call look first"),
         ("mesh", {"out": "x.doc", "script": "sphere(1)"}, "x.doc: "),
     ],
 )

@@ -732,7 +732,7 @@ def test_3mf_bombs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("start", "repeated", "message"),
     [
-        ("<m>", "<a/>", "over 250,000 of a few bytes"),
+        ("<m>", "<a/>", "at most 250,000 elements of a few bytes"),
         ("<m>", "<a>", "at most 100,000 levels"),
         ("<m a='", "aaaa", "tags of at most 1,048,576 bytes"),
         ("<m><!--", "aaaa", "tags of at most 1,048,576 bytes"),

@@ -430,7 +430,9 @@ def test_damaged_files_are_refused(tmp_path):
         with pytest.raises(bob.InputError, match=r"^x\.3dm: [^\n]*$"):
             bob.load(file)
     file.write_bytes(b"solid of another kind")
-    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or a part of one$"):
+    with pytest.raises(
+        bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or an incomplete file$"
+    ):
         bob.load(file)
 
 

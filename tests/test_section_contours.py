@@ -138,7 +138,7 @@ def test_a_plane_that_misses_has_no_contours(tmp_path):
 
 
 def test_one_section_at_a_time():
-    with pytest.raises(bob.InputTypeError, match=r"^section: expected one, got 2"):
+    with pytest.raises(bob.InputTypeError, match=r"^section: expected one section, got 2"):
         bob.section(sphere(1), ["x=0", "y=0"])
 
 

@@ -67,7 +67,7 @@ def test_texts_that_mean_nothing(section):
         (lambda: bob.Section((0, 0, 0)), "normal: expected a length above 0"),
         (lambda: bob.Section((0, np.nan, 1)), "normal: expected finite numbers"),
         (lambda: bob.Section((0, 0, 1), np.nan), "offset: expected"),
-        (lambda: bob.Section("x=0", 3), "offset: expected none beside a section as text"),
+        (lambda: bob.Section("x=0", 3), "offset: expected none with a section as text"),
         (lambda: bob.Scene(box(1), section=["x=0"] * 7), "section: expected at most 6, got 7"),
         (
             lambda: bob.trace(box(1), section=3),

@@ -222,7 +222,7 @@ class _Model:
             namespace = self.prefixes.get(prefix)
             if namespace not in self.kinds:
                 raise InputError(
-                    f"requiredextensions: expected extensions that are read, got {one_line(namespace or prefix)}"
+                    f"requiredextensions: expected supported extensions, got {one_line(namespace or prefix)}"
                 )
 
     def _start(self, name: str, get: dict[str, str]) -> None:

@@ -204,7 +204,7 @@ class _Evaluation:
             if node.kind in CONSTANTS:
                 return {"": CONSTANTS[node.kind](node.get)}
             if node.kind not in NODES:
-                raise InputError(f"expected a kind of node that is read, got {one_line(node.kind)}")
+                raise InputError(f"expected a supported kind of node, got {one_line(node.kind)}")
             names, compute = NODES[node.kind]
             return {"": compute(*(inputs[each] for each in names))}
         except KeyError as error:

@@ -190,7 +190,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
 
 def _last(space: Workspace) -> Look:
     if space.last is None:
-        raise InputError("pick: expected a picture before; call look")
+        raise InputError("pick: expected an earlier picture; call look first")
     return space.last
 
 

@@ -61,7 +61,9 @@ def _of_standard_input(ending: str | None, folder: str) -> str:
     """A file with the bytes of standard input."""
     known = f".{(ending or '').lower().lstrip('.')}"
     if known not in ALL_ENDINGS:
-        raise InputError(f"--format: expected standard input's, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}")
+        raise InputError(
+            f"--format: expected the format of standard input, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}"
+        )
     file = os.path.join(folder, f"standard input{known}")
     with open(file, "wb") as copy:
         shutil.copyfileobj(sys.stdin.buffer, copy)
@@ -240,7 +242,7 @@ def camera_of(options: argparse.Namespace, scene: Scene | None = None) -> Camera
     given = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
     if options.view is not None:
         if given:
-            raise InputError(f"--view: expected no --{next(iter(given))} beside it")
+            raise InputError(f"--view: expected no --{next(iter(given))} with it")
         given = dict(zip(("azimuth", "elevation"), VIEWS[options.view], strict=True))
     given |= {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan") if hasattr(options, name)}
     return replace(as_camera(None, scene), **given)

@@ -132,7 +132,7 @@ def _camera(options: argparse.Namespace, scene: bob.Scene | None = None) -> Came
         return arguments.camera_of(options, scene)
     angles = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
     if options.view is not None:
-        raise InputError("--view: expected no --position or --target beside it")
+        raise InputError("--view: expected no --position or --target with it")
     held = {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan", "position", "target")}
     return Camera(**angles, **held)
 
@@ -169,10 +169,12 @@ def run(options: argparse.Namespace) -> None:
     _settle(options, is_seen)
     lines = arguments.edges(options, wanted=is_lines)
     if lines is not None and not is_seen:
-        raise bob.InputError("--edges: expected no --panels or .exr, which hold what the network and the tracer see")
+        raise bob.InputError(
+            "--edges: expected no --panels or .exr, which hold the pixels of the network and the tracer"
+        )
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
-            f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
+            f"{out}: expected no --panels, --background or --samples, which change only display pictures"
         )
     background = arguments.background(options.background)
     check_picture(options.samples, background, options.size)

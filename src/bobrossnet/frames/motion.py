@@ -170,5 +170,5 @@ class View:
 
     def __reduce__(self) -> NoReturn:
         raise InputTypeError(
-            "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
+            "View: expected to stay where it was made, as its tracer may be running; make another of the same scene"
         )

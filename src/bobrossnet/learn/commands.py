@@ -244,7 +244,7 @@ def _evaluate(options: argparse.Namespace) -> None:
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
     if options.place is None and not options.quick:
-        raise InputError("PLACE: expected a data set or a folder of shape files; --quick makes shapes of its own")
+        raise InputError("PLACE: expected a data set or a folder of shape files; --quick generates shapes")
     names = ("orders", "limit", "fractions", "size", "views")
     given: dict[str, Any] = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     models = options.models or (MODELS[:1] if options.quick else MODELS)

@@ -169,7 +169,7 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
     """
     whole, chosen = as_scene(scene), check_sections(section)
     if len(chosen) != 1:
-        raise InputTypeError(f"section: expected one, got {len(chosen)}")
+        raise InputTypeError(f"section: expected one section, got {len(chosen)}")
     (one,) = chosen
     plane = Plane(np.array(one.normal), one.offset, one.axes(), whole.radius)
     corners = np.stack([whole.boxes[:, corner, range(3)] for corner in np.ndindex(2, 2, 2)], axis=1)

@@ -70,7 +70,7 @@ class Section:
     def __init__(self, normal: Any, offset: float | None = None) -> None:
         if isinstance(normal, str):
             if offset is not None:
-                raise InputError("offset: expected none beside a section as text")
+                raise InputError("offset: expected none with a section as text")
             normal, offset = _parsed(normal)
         vector, length = check_direction("normal", normal)
         distance = 0.0 if offset is None else check_number("offset", offset)

@@ -85,7 +85,7 @@ def all_methods(
     if channel not in CHANNELS:
         raise InputError(f"channel: expected one of {', '.join(CHANNELS)}, got {channel!r}")
     if channel != "gray" and repainting:
-        raise InputError("repainting: expected False for colours, which networks do not put out themselves, got True")
+        raise InputError("repainting: expected False for colours, which networks do not predict directly, got True")
     for name in fillings:
         if name not in FILLINGS:
             raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
