@@ -62,7 +62,7 @@ def whole_pictures() -> None:
     }
     seconds = in_turn(runs, 3 * RUNS, clock=time.process_time)
     threads = bob.thread_count()
-    heading(f"Sparse pictures of the built-in scene, 640x480, by bob.trace: milliseconds, {threads} threads' own time")
+    heading(f"Sparse pictures of the built-in scene, 640x480, by bob.trace: ms of processor time, {threads} threads")
     rows = []
     for order in orders:
         each = [seconds[f"{order} {share:.0%}"] for share in SHARES]

@@ -83,7 +83,7 @@ public:
     [[nodiscard]] int max_registers() const { return max_registers_; }
     [[nodiscard]] std::size_t bytes() const;
 
-    /// The same for rays to walk through.
+    /// The cells as a grid that rays walk through.
     [[nodiscard]] CellGrid grid_view() const { return {children_.data(), top_.data(), hull_.low, hull_.high}; }
 
 private:

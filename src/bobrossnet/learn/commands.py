@@ -84,9 +84,9 @@ def add_commands(commands: Any) -> None:
 
     evaluate = commands.add_parser(
         "evaluate",
-        help="measure models against plain filling",
-        description="Measure models on a data set's test split or on files, with one or more pixel orders, against "
-        "plain filling of the same pixels.",
+        help="measure networks next to classical interpolation",
+        description="Measure networks on a data set's test split or on files, with one or more pixel orders, next to "
+        "classical interpolation of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
     evaluate.add_argument("place", nargs="?", metavar="PLACE", help="a data set, or a folder of shape files")
