@@ -290,7 +290,7 @@ Oracles know the truth, so no method reaches them. The column "change" compares 
 - **Edges**: at {shown}, silhouettes and creases have {edges:.0f} % of the error. The position of an edge between two
   samples is missing, not shading. Textures, highlights and thin parts have little of it in these pictures.
 - **The samples suffice**: blends of eight neighbours could do nearly everything. A network that chooses weights of
-  samples along an edge has this room; choosing among the three completed pictures already has a quarter.
+  samples along an edge could gain as much; choosing among the three completed pictures could gain a quarter.
 - **Placement matters more than completion from 5 % on**, and less at 2 %: the next network should place pixels.
 """
 
