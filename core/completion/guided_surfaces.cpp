@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// By less than this light is not divided.
+/// Minimum divisor when light is demodulated.
 constexpr float least_albedo = 0.02f;
 
 /// How depth changes along an axis, by the differences to the pixels before and after: the lesser, as the other may be across

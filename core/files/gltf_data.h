@@ -19,7 +19,7 @@
 
 namespace bob::files {
 
-/// Calls f(), whose std::invalid_argument then says where it happened.
+/// Calls f(), and adds the place to the message of a std::invalid_argument.
 template <class F>
 auto at_place(std::string_view place, F f) -> decltype(f()) {
     try {

@@ -65,7 +65,7 @@ private:
     std::vector<double> rest_;
 };
 
-/// As an index; -1 of other numbers.
+/// The number as an index; -1 if it is none.
 std::int32_t index_of(double number) {
     return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
 }

@@ -49,7 +49,7 @@ public:
     [[nodiscard]] Vector<n> size(std::string_view name) const;
     template <std::size_t n>
     [[nodiscard]] Vector<n> nonzero_size(std::string_view name) const;
-    /// Of length 1.
+    /// A vector, scaled to length 1.
     template <std::size_t n>
     [[nodiscard]] Vector<n> direction(std::string_view name) const;
     template <std::size_t n>

@@ -15,7 +15,7 @@
 namespace bob {
 namespace {
 
-/// Of curves, in radii of the shape: CAD systems write seven digits at least.
+/// Tolerance of curves, in radii of the shape: CAD systems write at least seven digits.
 constexpr EdgeTolerance exact{1e-7, 1e-7};
 
 /// Steps along a Bezier piece: few for lines and circles, many for free curves. Their points are then within about 1e-4 of their length.
@@ -169,7 +169,7 @@ const std::vector<ShapeEdge>* Brep::edges() const {
         std::vector<Border> borders;
         for (std::size_t i = 0; i < faces_.size(); ++i) add_borders(faces_[i], numbers_[i], borders);
         const double near = std::max(2 * tolerance_, 1e-6);
-        // Of two faces' borders at one place, the first stays; a seam has one face on both sides.
+        // If borders of two faces coincide, the first stays; a seam has one face on both sides.
         Places middles(near);
         for (std::uint32_t i = 0; i < borders.size(); ++i) {
             Border& own = borders[i];
