@@ -134,7 +134,7 @@ class BobViewElement extends Parent {
   #cutaway = WHOLE;
   /** @type {import("./handles.js").Handles | undefined} */
   #handles;
-  /** Of a change of the sections in progress. @type {Source} */
+  /** The source of a change of the sections in progress. @type {Source} */
   #cutBy = "none";
   /** @type {import("./parts.js").Parts | undefined} */
   #parts;

@@ -42,7 +42,7 @@ export class Marker {
   #paths = [0, 1].map(() => madeSvg("path"));
   #isAsking = false;
   #isWanted = false; // hidden before an answer comes, it stays so
-  /** The last place of the mouse that is not asked for. @type {{x: number, y: number} | undefined} */
+  /** The last place of the mouse, while it awaits its request. @type {{x: number, y: number} | undefined} */
   #next;
 
   /**
@@ -77,7 +77,7 @@ export class Marker {
     this.#isAsking = false;
   }
 
-  /** For another scene. */
+  /** Forgets the scene, before another one is shown. */
   clear() {
     this.hide();
     this.#unit = null;

@@ -34,7 +34,7 @@ const READERS = {
 /** Readable files. */
 export const ENDINGS = Object.keys(READERS);
 
-/** Of file names in a command: more would not leave room for it. */
+/** Maximum length of all file names in a suggested command; longer ones are replaced by FILE. */
 const MOST_NAMED = 40;
 
 /** Files that only the Python package reads. */

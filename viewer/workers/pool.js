@@ -40,7 +40,7 @@ export class Pool {
   /** Callbacks for the answers of tracers. @type {Map<number, (answer: any) => void>} */
   #questions = new Map();
   #element = 0; // at work
-  /** By element. @type {Map<number, Kept>} */
+  /** Scenes by element. @type {Map<number, Kept>} */
   #scenes = new Map();
   #asked = 0; // edition of the newest scene sent to tracers
   #count;

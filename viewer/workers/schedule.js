@@ -100,7 +100,7 @@ export class Schedule {
     return this.#camera;
   }
 
-  /** Of the picture at rest. */
+  /** Size of the picture at rest. */
   get size() {
     return this.#size;
   }
@@ -254,7 +254,7 @@ export class Schedule {
     return this.#step;
   }
 
-  /** Of pictures at rest under lights: larger ones would need too much memory. */
+  /** Scale of pictures at rest under lights: larger ones would need too much memory. */
   get #litScale() {
     const { height, width } = this.#size;
     return Math.max(1, Math.sqrt(height * width / MOST_REFINED));

@@ -86,7 +86,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
 
 
 def packed(scene: SceneLike) -> bytes:
-    """What `save_scene` writes; it raises InputError for the same scenes."""
+    """Return the bytes that `save_scene` writes; raise InputError for the same scenes."""
     numbers: dict[bytes, int] = {}
     kinds: list[str] = []
     tensors: dict[str, NDArray[Any]] = {}

@@ -151,7 +151,7 @@ def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
 
 
 def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
-    """Say in a line which unit is taken for files that don't say theirs, next to others that do."""
+    """Warn about the unit assumed for files without one, next to files with a unit."""
     units = [item.unit for item in items if isinstance(item, Scene)]
     unit = next(filter(None, units), None)
     for source, item in zip(sources, items, strict=True):

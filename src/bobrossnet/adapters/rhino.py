@@ -111,9 +111,9 @@ class Look(NamedTuple):
     """The colours of an object, as sRGB."""
 
     display: str
-    """Of its lines."""
+    """Colour of its lines."""
     material: str | None
-    """Of its faces; None without a material."""
+    """Colour of its faces; None without a material."""
 
 
 class Object(NamedTuple):

@@ -23,7 +23,7 @@ MAX_NODES = 1 << 16
 """Maximum for all level sets and colours of a model: a chain of functions that each call two can make 2ⁿ."""
 
 MAX_CALLS = 64
-"""Of functions within each other."""
+"""Maximum depth of function calls."""
 
 SHAPES = {(): "a scalar", (3,): "a vector", (4, 4): "a matrix"}
 

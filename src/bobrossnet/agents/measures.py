@@ -19,7 +19,7 @@ from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene
 
 MAX_PARTS = 200
-"""That are described one by one."""
+"""Maximum number of parts that are described one by one."""
 
 PRIMITIVES = {"mesh": "triangle", "brep": "face"}
 """The parts of shapes that hits name."""

@@ -28,7 +28,7 @@ MAX_KEPT = 2
 """Files kept in memory: an agent compares one with another."""
 
 MAX_ENTRIES = 2000
-"""Of a folder, whose times tell whether a file is still the same."""
+"""Maximum number of a folder's entries whose times are compared, to see whether a file has changed."""
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,9 @@ class Measures:
     high: Point
     """(3,)"""
     area: float
-    """Of all surfaces, in squares of the unit."""
+    """Area of all surfaces, in squares of the unit."""
     volume: float | None
-    """In cubes of the unit; None unless all surfaces are closed. Where parts overlap, both count."""
+    """Volume in cubes of the unit; None unless all surfaces are closed. Where parts overlap, both count."""
     error: float
     """Estimated relative error of area and volume."""
     unit: str | None
@@ -76,17 +76,17 @@ class FaceMeasures:
     normal: Point
     """(3,)"""
     radius: float | None
-    """Of a cylinder, a sphere or a torus' tube; of a cone at the point."""
+    """Radius of a cylinder, a sphere or a torus' tube; of a cone, at the point."""
     major_radius: float | None
-    """Of a torus' centre line."""
+    """Radius of a torus' centre line."""
     half_angle: float | None
-    """Of a cone, in degrees."""
+    """Half the angle of a cone, in degrees."""
     center: Point | None
     """(3,) of a sphere or torus, a cone's apex, or a point of a cylinder's axis."""
     axis: Point | None
     """(3,) unit vector of a cylinder, cone or torus; a plane's normal."""
     area: float | None
-    """Of the face, in squares of the unit; of a cylinder and the like with the neighbours that continue it."""
+    """Area of the face, in squares of the unit, with the neighbours that continue a cylinder, cone, sphere or torus."""
     thickness: float | None
     """Length from the point to the next surface, along the normal into the shape; None without a second surface, and
     for a snapped point."""
@@ -100,7 +100,7 @@ class Between:
     """Two picks."""
 
     distance: float
-    """Of the points."""
+    """Distance of the points."""
     offset: Point
     """(3,): from the first to the second."""
     angle: float

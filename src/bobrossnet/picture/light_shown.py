@@ -10,7 +10,7 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.transfer import transfer_of
 
 LEAST_ALBEDO = np.float32(0.02)
-"""By less than this light is not divided, as in core/completion/guided.cpp."""
+"""Minimum divisor when light is demodulated, as in core/completion/guided_surfaces.cpp."""
 
 
 def shown_to_orders(gbuffer: GBuffer) -> GBuffer:

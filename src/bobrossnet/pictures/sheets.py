@@ -40,7 +40,7 @@ LAYOUT = ("top", "isometric", "front", "right")
 """Third-angle projection: the top view lies above the front view, the right view to its right."""
 
 PIXELS_A_PLACE = 16
-"""Of which one is asked for its part."""
+"""One pixel in this number is traced, to find the visible parts."""
 
 MAX_NAMES = 12
 
@@ -62,7 +62,7 @@ class SheetView:
     top: int
     size: Size
     axes: str | None
-    """Those across and up, whose dimensions are drawn; None if the view shows others."""
+    """Axes to the right and up, whose dimensions are drawn; None for oblique views."""
 
     @property
     def middle(self) -> Place:
@@ -85,7 +85,7 @@ class Sheet:
     views: tuple[SheetView, ...]
     sections: tuple[Section, ...]
     pixels: float
-    """Of a unit of length."""
+    """Pixels of a unit of length."""
     line: int
     """Pixels of a line of text."""
     unit: str

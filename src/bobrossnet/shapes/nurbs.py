@@ -300,7 +300,7 @@ class Brep(Shape):
 
     @lazy
     def _extremes(self) -> dict[bytes, Values]:
-        """By the linear parts of the matrices so far."""
+        """Extremes found so far, by the linear part of the matrix."""
         return {}
 
     @lazy

@@ -33,20 +33,20 @@ class ContourPart(NamedTuple):
     instance: int
     """Its index in `Scene.instances`."""
     name: str
-    """As the instance's; otherwise "part" and its number from 1 on."""
+    """Name of the instance; if it has none, "part" and its number from 1 on."""
     color: tuple[float, float, float]
-    """Of its material, linear RGB."""
+    """Colour of its material, linear RGB."""
     curves: tuple[Curve, ...]
     """Closed ones first: borders anticlockwise, holes clockwise."""
 
     @property
     def area(self) -> float:
-        """Of the cap, without its holes."""
+        """Area of the cap, without its holes."""
         return sum(curve.area() for curve in self.curves)
 
     @property
     def length(self) -> float:
-        """Of all curves."""
+        """Length of all curves."""
         return sum(curve.length() for curve in self.curves)
 
     @property

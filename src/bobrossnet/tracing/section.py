@@ -64,7 +64,7 @@ class Section:
     """
 
     normal: tuple[float, float, float]
-    """Of length 1."""
+    """Unit vector, out of the kept side."""
     offset: float
 
     def __init__(self, normal: Any, offset: float | None = None) -> None:
