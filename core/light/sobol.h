@@ -80,7 +80,7 @@ private:
     }();
 };
 
-/// Numbers in 0..1, below 1, of a pixel's samples.
+/// Numbers in [0, 1) for the samples of a pixel.
 class PixelSequence {
 public:
     /// The sequence of one sample of a pixel, from the picture's seed.
