@@ -91,7 +91,7 @@ def union(count: int, *, colored: bool) -> bob.Scene:
 
 def tracing(scenes: dict[str, bob.Scene]) -> None:
     """Print the time of a traced pixel."""
-    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
+    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of processor time a pixel")
     table(["the bunny", "microseconds", "/ white"], traced(scenes, dict.fromkeys(scenes, "white")))
     heading("The same of formulas of many shapes side by side")
     kinds = {f"{count} shapes{', colored' * colored}": union(count, colored=colored)

@@ -89,7 +89,7 @@ def perspective_table(scenes: Mapping[str, bob.Scene]) -> None:
                 *(f"{median_ratio(s, each[0]):.2f}" for s in each[1:]),
             ]
         )
-    heading("Perspective, every pixel of 512x512, one thread: microseconds of its time a pixel (and pixels that hit)")
+    heading("Perspective, every pixel of 512x512, one thread: µs of processor time a pixel (and pixels that hit)")
     table(["shape", *columns, *(f"{column} / orthographic" for column in columns[1:])], rows)
 
 
