@@ -86,9 +86,9 @@ class Scene:
     light : str, path, Light, Sky or several, optional
         As in `render`: the default light of its pictures. Scene files do not store it.
     ground : bool, optional
-        As in `render`, likewise.
+        As in `render`: the default ground of its pictures. Scene files do not store it.
     section : Section, text such as "x=0", or up to six of them, optional
-        Planes that cut the scene open: what all of them keep is seen. Where a plane cuts a solid, a hatched cap of the
+        Planes that cut the scene open; the part that all of them keep is visible. Where a plane cuts a solid, a hatched cap of the
         solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere stays.
         Scene files do not store sections.
     unit : str, optional
