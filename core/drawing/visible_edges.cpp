@@ -31,7 +31,7 @@ constexpr int bisections = 4;
 /// Where a curve turns by more within a pixel, or meets another, half pixels resolve it.
 constexpr float sharp_degrees = 20;
 
-/// In pixels: a twentieth of a thin stroke.
+/// Tolerance of curves in pixels: a twentieth of a thin stroke.
 constexpr float tolerance_of_curves = 0.05f;
 
 /// Faces that meet at a smaller angle meet smoothly: borders of CAD faces agree to a degree.

@@ -9,7 +9,7 @@
 
 namespace bob {
 
-/// In coordinates where z is along the shading normal, and directions from the surface have a z above 0.
+/// Trowbridge-Reitz microfacets. Coordinates have z along the shading normal; directions from the surface have a z above 0.
 class Facets {
 public:
     explicit Facets(float alpha) : alpha_(alpha) {}

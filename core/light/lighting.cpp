@@ -66,7 +66,7 @@ const Material& ground_material() {
     return material;
 }
 
-/// Where a ray enters a sphere somewhat larger than the scene's, at least 0; below 0 where it passes by.
+/// The t where a ray enters a sphere somewhat larger than the scene's, at least 0; negative if the ray misses it.
 float entry(const Ray& ray) {
     constexpr double squared_radius = 1.02;
     double along = 0, squared = 0, from_centre = 0;
@@ -98,7 +98,7 @@ struct Lighting::Met {
     const Material* material = nullptr;
 };
 
-/// In a picture; pixels' centres are at whole numbers.
+/// A place in a picture; pixel centres are at whole numbers.
 struct Lighting::Place {
     float row, column;
 };

@@ -41,7 +41,7 @@ class Shape {
 public:
     virtual ~Shape() = default;
 
-    /// In the shape's units: the sphere that becomes the unit sphere in the coordinates of rays.
+    /// The sphere, in the shape's units, that becomes the unit sphere in the coordinates of rays.
     [[nodiscard]] const Sphere& sphere() const { return sphere_; }
 
     /// The lowest and highest coordinates of the shape, mapped from its own units.

@@ -499,7 +499,7 @@ double mean_length(const BezierPatch& patch, bool along_v) {
 
 /// A patch without its control points, which follow once it is known to be visible.
 Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* region, double tolerance) {
-    // In parameters, as if they were spaced evenly over the patch.
+    // The tolerance in parameters, as if they were spaced evenly over the patch.
     const auto margin = [&](double size, bool along_v) {
         return static_cast<float>(tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0);
     };

@@ -67,7 +67,7 @@ public:
     }
     [[nodiscard]] static Box box(const Cell& cell);
 
-    /// Contains all cells.
+    /// A box that contains all cells.
     [[nodiscard]] const Box& hull() const { return hull_; }
 
     /// A function of points: writes its value at each.

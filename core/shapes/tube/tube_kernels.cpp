@@ -134,7 +134,7 @@ public:
         return true;
     }
 
-    /// Where q >= 0.
+    /// The intervals where q >= 0.
     [[nodiscard]] Intervals inside() const {
         Intervals result;
         find_inside(whole_.q, 0, 1, 0, result);
