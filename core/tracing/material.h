@@ -41,7 +41,7 @@ struct Light {
     Vec3 direction = normalized(light_direction);
     Vec3 half = normalized(direction + Vec3{0, 0, 1});  // halfway to the eye
 
-    /// For distant eyes, and everywhere in orthographic pictures.
+    /// The headlight for distant eyes, and at every pixel of orthographic pictures.
     static const Light& of_the_camera() {
         static const Light light;
         return light;

@@ -194,7 +194,7 @@ class Scene:
         return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
-        """Return the scene rotated from y up, the convention of games and films, to z up; its front moves from +z to -y."""
+        """Return the scene rotated from y up, common in games and films, to z up. Its front moves from +z to -y."""
         return self.turned("y")
 
     def turned(self, up: str) -> Scene:
