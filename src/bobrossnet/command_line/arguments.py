@@ -93,11 +93,12 @@ def add_orbit(parser: argparse.ArgumentParser) -> None:
     """Add the angles and the field of view of an orbiting camera."""
     home = Camera()
     for name, told in (
-        ("azimuth", f"default: {home.azimuth:g}, or {FRONT:g} where the file says that -y is the front"),
-        ("elevation", f"default: {home.elevation:g}"),
+        ("azimuth", f"angle about the vertical (default: {home.azimuth:g}, or {FRONT:g} if -y is the file's front)"),
+        ("elevation", f"angle above the horizon (default: {home.elevation:g})"),
     ):
         parser.add_argument(f"--{name}", type=float, metavar="DEGREES", help=told)
-    parser.add_argument("--roll", type=float, default=home.roll, metavar="DEGREES", help=f"default: {home.roll:g}")
+    roll = f"rotation of the camera, anticlockwise (default: {home.roll:g})"
+    parser.add_argument("--roll", type=float, default=home.roll, metavar="DEGREES", help=roll)
     add_view(parser)
     add_fov(parser)
 

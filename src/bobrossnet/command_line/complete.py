@@ -11,8 +11,8 @@ from bobrossnet.command_line import arguments
 WHAT = {
     "color": "with the picture",
     "depth": "with the depth of the first surfaces",
-    "normal": "with their normals",
-    "albedo": "with their albedo",
+    "normal": "with the normals of the first surfaces",
+    "albedo": "with the albedo of the first surfaces",
     "mask": "that is not 0 at known pixels (default: alpha; without alpha, pixels that are not black are known)",
 }
 
@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
     for role, what in WHAT.items():
         command.add_argument(f"--{role}", metavar="LAYER", help=f"the layer or channel {what}")
     arguments.add_model(command)
-    command.add_argument("-o", "--out", default="out.exr", metavar="FULL.exr", help="default: out.exr")
+    command.add_argument("-o", "--out", default="out.exr", metavar="FULL.exr", help="file to write (default: out.exr)")
 
 
 def run(options: argparse.Namespace) -> None:

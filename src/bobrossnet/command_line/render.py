@@ -39,7 +39,7 @@ def add(commands: Any) -> None:
     arguments.add_files(render)
     arguments.add_size(render)
     amount = render.add_mutually_exclusive_group()
-    arguments.add_fraction(amount, None, f"100%% of files, {100 * FRACTION:g}%% of the built-in scene or with --panels")
+    arguments.add_fraction(amount, None, f"100%% for files, else and with --panels {100 * FRACTION:g}%%")
     amount.add_argument(
         "--error",
         type=arguments.positive,
