@@ -65,7 +65,7 @@ private:
     std::vector<double> rest_;
 };
 
-/// The number as an index; -1 if it is none.
+/// The number as an index; -1 if it is out of range.
 std::int32_t index_of(double number) {
     return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
 }

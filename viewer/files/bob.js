@@ -54,7 +54,7 @@ const KINDS = {
 };
 
 /**
- * @param {Core} core that checks what it knows best
+ * @param {Core} core checks shapes and instances
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which are not a valid file afterwards
  * @returns {Promise<SceneDescription>}
  */

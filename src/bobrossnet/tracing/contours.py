@@ -33,7 +33,7 @@ class ContourPart(NamedTuple):
     instance: int
     """Its index in `Scene.instances`."""
     name: str
-    """Name of the instance; if it has none, "part" and its number from 1 on."""
+    """Name of the instance; for unnamed ones, "part" and the number from 1 on."""
     color: tuple[float, float, float]
     """Colour of its material, linear RGB."""
     curves: tuple[Curve, ...]
