@@ -172,7 +172,7 @@ class Stability:
                 },
             )
         except (KeyError, ValueError, StopIteration) as error:
-            raise InputError(f"text: expected the numbers of a stability, got {error!r}") from error
+            raise InputError(f"text: expected the result of a stability measurement, got {error!r}") from error
 
     def beside(self, other: Stability) -> Stability:
         """Return these runs, followed by another stability's on the same views.
