@@ -144,7 +144,7 @@ def edges(scene: bob.Scene) -> None:
         shown = bob.render(scene, samples=int(samples)).color
         ssim = bob.ssim(luminance(to_srgb(shown)), luminance(to_srgb(many)))
         rows.append([samples, spread(each, 1e3), f"{median_ratio(each, seconds['1']):.2f}", f"{ssim:.4f}"])
-    table(["rays at most", "ms", "/ 1 ray", "SSIM"], rows)
+    table(["maximum rays", "ms", "/ 1 ray", "SSIM"], rows)
 
 
 def sets_of_scenes(scenes: dict[str, bob.Scene]) -> dict[str, Scenes]:
