@@ -19,7 +19,7 @@
  *
  * @param {PlaceInPicture} place
  * @param {Size} size @param {Camera} camera
- * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 for none
+ * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 turns snapping off
  * @param {Asked} ask the scene
  * @param {() => Promise<import("./parts.js").Tree | null>} parts of the scene; asked last, since snapping may open it in another core
  * @returns {Promise<Picked | null>} null on the background
