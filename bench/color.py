@@ -91,7 +91,7 @@ def union(count: int, *, colored: bool) -> bob.Scene:
 
 def tracing(scenes: dict[str, bob.Scene]) -> None:
     """Print the time of a traced pixel."""
-    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
+    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of processor time a pixel")
     table(["the bunny", "microseconds", "/ white"], traced(scenes, dict.fromkeys(scenes, "white")))
     heading("The same of formulas of many shapes side by side")
     kinds = {f"{count} shapes{', colored' * colored}": union(count, colored=colored)
@@ -144,7 +144,7 @@ def edges(scene: bob.Scene) -> None:
         shown = bob.render(scene, samples=int(samples)).color
         ssim = bob.ssim(luminance(to_srgb(shown)), luminance(to_srgb(many)))
         rows.append([samples, spread(each, 1e3), f"{median_ratio(each, seconds['1']):.2f}", f"{ssim:.4f}"])
-    table(["rays at most", "ms", "/ 1 ray", "SSIM"], rows)
+    table(["maximum rays", "ms", "/ 1 ray", "SSIM"], rows)
 
 
 def sets_of_scenes(scenes: dict[str, bob.Scene]) -> dict[str, Scenes]:

@@ -219,7 +219,7 @@ def ladder_times(scene: bob.Scene) -> None:
 
 def size_times(scene: bob.Scene) -> None:
     """Print the time of `complete` for each pixel in pictures of several sizes, and the memory besides the picture."""
-    heading("Completing, all of bob.complete, one thread: nanoseconds of its time a pixel, MB besides the picture")
+    heading("Completing, all of bob.complete, one thread: ns of processor time a pixel, MB besides the picture")
     bob.set_thread_count(1)
     rows = []
     for height, width in (SIZES[1], *SIZES[3:]):

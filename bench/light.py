@@ -126,7 +126,7 @@ def scores(image: F32, truth: F32) -> tuple[float, float]:
 
 def moving(names: list[str], size: Size = (480, 640), turn: float = 2, count: int = 12) -> None:
     """The time of the first picture of `progressive`, and of frames of `View` in an orbit and its last one's error."""
-    print(f"640x480, the studio, medians in ms of the process' own time; {turn} degrees a frame, against 256 paths\n")
+    print(f"640x480, the studio, medians in ms of processor time; {turn} degrees a frame, against 256 paths\n")
     print("| scene | first picture | frame | traced | SSIM | new paths alone |\n|---|---|---|---|---|---|")
     for name in names:
         scene = scene_of(name)
@@ -157,7 +157,7 @@ def shown_frame(view: bob.View, camera: bob.Camera) -> bob.Frame:
 
 
 def timed(work: Callable[..., T], *arguments: Any) -> tuple[float, T]:
-    """Seconds of the process' own time, and the result."""
+    """Return the processor time in seconds, and the result."""
     start = time.process_time()
     result = work(*arguments)
     return time.process_time() - start, result

@@ -30,7 +30,7 @@ LATTICE_SHARES = (*SHARES, 0.4)
 SCALES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 """Sides of the smaller pictures."""
 BUDGETS = (0.1, 0.2, 0.3, 0.5)
-"""Times at which errors are compared, as shares of the time of all pixels."""
+"""Errors are compared at these shares of the time of all pixels."""
 ORDERS = ("priority", "adaptive", "squares", "lattice")
 SMALLER = "smaller picture"
 Times: TypeAlias = dict[str, float]
@@ -141,7 +141,7 @@ def errors_at(ms_at: float, ways: Sequence[Point], ms: Times) -> dict[str, float
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="five scenes and fewer runs")
-    parser.add_argument("--cpu", action="store_true", help="the process' own time on one thread, not wall time")
+    parser.add_argument("--cpu", action="store_true", help="processor time of one thread instead of wall time")
     parser.add_argument("scenes", nargs="*", help="names; by default all")
     options = parser.parse_args()
     threads = [1] if options.cpu or bob.thread_count() == 1 else [bob.thread_count(), 1]
@@ -162,7 +162,7 @@ def main() -> None:
                     orders = min(errors[way] for way in ORDERS if way != "priority")
                     ahead[count].append((1 - errors["priority"] / orders, 1 - errors["priority"] / errors[SMALLER]))
             equal_rows[count].append([name, f"{ms['all']:.1f}", *cells])
-    kind = "the process' own time" if options.cpu else "wall time"
+    kind = "processor time" if options.cpu else "wall time"
     heading(f"A picture's price, 640x480, bob.trace and bob.complete: milliseconds, {kind}, medians")
     table(
         ["scene", "threads", "all pixels", *("5 %", "/ all", "SSIM", "FLIP"), *("25 %", "/ all", "SSIM", "FLIP")],

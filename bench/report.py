@@ -38,7 +38,7 @@ def in_turn(
 ) -> dict[str, list[float]]:
     """Return the seconds of each rival's runs, interleaved after a warm-up, so that other load affects all equally.
 
-    `rest` seconds precede each run, in which the previous rival's spinning threads go to sleep. `again` also measures a
+    Each run waits `rest` seconds, until the previous rival's spinning threads sleep. `again` also measures a
     second run at once after it, as for consecutive pictures.
     """
     for run in rivals.values():

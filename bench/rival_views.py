@@ -93,7 +93,7 @@ def main() -> None:
     with np.load(file) as held:
         views = dict(held)
     told = os.dup(1)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what the libraries print
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the libraries' own output
     render = {"pyrender": pyrender, "bpy": bpy}[name](views, out)
     render(0)
     wall, processor = time.perf_counter(), time.process_time()

@@ -45,7 +45,7 @@ def sparse_row(name: str, scene: bob.Scene, camera: bob.Camera) -> list[str]:
 
 def sparse_table(what: str, scenes: Mapping[str, bob.Scene], camera: bob.Camera) -> None:
     """Print the table, with its heading."""
-    heading(f"{what}, sparse and dense, 512x512, lattice order, one thread: microseconds of its time a ray")
+    heading(f"{what}, sparse and dense, 512x512, lattice order, one thread: microseconds of processor time a ray")
     shares = [f"{share:.0%}" for share in SHARES]
     columns = ["shape", *shares, *(f"{share} / 100%" for share in shares[:-1])]
     table(columns, [sparse_row(name, scene, camera) for name, scene in scenes.items()])

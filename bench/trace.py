@@ -62,7 +62,7 @@ def whole_pictures() -> None:
     }
     seconds = in_turn(runs, 3 * RUNS, clock=time.process_time)
     threads = bob.thread_count()
-    heading(f"Sparse pictures of the built-in scene, 640x480, by bob.trace: milliseconds, {threads} threads' own time")
+    heading(f"Sparse pictures of the built-in scene, 640x480, by bob.trace: ms of processor time, {threads} threads")
     rows = []
     for order in orders:
         each = [seconds[f"{order} {share:.0%}"] for share in SHARES]
@@ -89,7 +89,7 @@ def perspective_table(scenes: Mapping[str, bob.Scene]) -> None:
                 *(f"{median_ratio(s, each[0]):.2f}" for s in each[1:]),
             ]
         )
-    heading("Perspective, every pixel of 512x512, one thread: microseconds of its time a pixel (and pixels that hit)")
+    heading("Perspective, every pixel of 512x512, one thread: µs of processor time a pixel (and pixels that hit)")
     table(["shape", *columns, *(f"{column} / orthographic" for column in columns[1:])], rows)
 
 

@@ -2,7 +2,7 @@
 
 The scenes are Mitsuba's, in perspective and orthographic. Needs the extras `mitsuba` and `oidn`, and LLVM
 (DRJIT_LIBLLVM_PATH). Prints the tables of docs/results/tracers.md: `exact` without noise, `noise` with noise, by
-default both; with --held-out for the scenes on which no constant was tuned.
+default both; with --held-out for the scenes that no constant was tuned on.
 """
 
 from __future__ import annotations
@@ -207,7 +207,7 @@ def seconds_of(method: str, each: list[Result], guides_seconds: float, cost: flo
 
 
 def where_best(exact: dict[str, list[Result]], views: list[View], guides_seconds: float) -> None:
-    """Print the cost of a pixel from which sparse pixels are better than lower resolutions in equal time."""
+    """Print the break-even cost of a pixel: above it, sparse pixels beat lower resolutions in equal time."""
     lower = [method for method in exact if "resolution" in method]
     costs = np.geomspace(1e-7, MOST_COST, 601)
     rows = []
@@ -228,7 +228,7 @@ def where_best(exact: dict[str, list[Result]], views: list[View], guides_seconds
 
 
 def span(costs: NDArray[np.float64], best: list[bool]) -> str:
-    """Describe the costs at which a method is best."""
+    """Describe the range of costs where a method is best."""
     if not any(best):
         return "never"
     first, last = (int(index) for index in np.flatnonzero(best)[[0, -1]])

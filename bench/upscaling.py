@@ -46,7 +46,7 @@ def edge_directed(small: F32, height: int, width: int) -> F32:
     flat = length < 1 / 256
     x, y = np.where(flat, 1, x / np.maximum(length, 1e-9)), np.where(flat, 0, y / np.maximum(length, 1e-9))
     clear = (0.5 * clear) ** 2
-    stretch = 1 / np.maximum(np.abs(x), np.abs(y))  # a diagonal counts as long as both sides together
+    stretch = 1 / np.maximum(np.abs(x), np.abs(y))  # a diagonal has the length of both sides together
     across, along = 1 + (stretch - 1) * clear, 1 - 0.5 * clear
     lobe = 0.5 - 0.29 * clear  # about 1/2 to 1/4 - 1/25: from a soft window to one like Lanczos
     limit = 1 / lobe

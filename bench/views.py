@@ -44,7 +44,7 @@ def rivals() -> dict[str, str]:
 
 
 def depth_of(name: str, folder: Path) -> np.ndarray:
-    """Return a rival's depth of the first view; 0 or 1e10 where it has none."""
+    """Return a rival's depth of the first view; background is 0 or 1e10."""
     if name == "pyrender":
         with np.load(folder / "first.npz") as held:
             return np.asarray(held["depth"])

@@ -43,7 +43,7 @@ bool answer_reading(Reading* reading, const std::uint8_t* bytes, std::size_t siz
     });
 }
 
-/// Makes `reading_text` the description of what was read, and `reading_numbers` its numbers (core/files/read.h).
+/// Writes the description of the file's contents to `reading_text`, and their numbers to `reading_numbers` (core/files/read.h).
 EXPORT(describe_reading) bool describe_reading(Reading* reading) {
     return attempt([&] {
         reading->text = bob::files::description(reading->core.contents());

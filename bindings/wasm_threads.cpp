@@ -47,7 +47,7 @@ void* operator new(std::size_t size, std::align_val_t alignment) { return alloca
 void operator delete(void* memory) noexcept { freed(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { freed(memory); }
 
-/// For exceptions.
+/// Memory for exceptions.
 namespace __cxxabiv1 {
 
 void* __aligned_malloc_with_fallback(std::size_t size) { return allocated(size, usual); }

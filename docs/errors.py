@@ -35,7 +35,7 @@ SHARES = (0.02, 0.05, 0.1)
 SHOWN = 0.05
 FIGURE = 4_000_500_002  # seed of the first shape in the picture
 
-STEP = 0.03  # of depth between neighbours, from which on they are different surfaces
+STEP = 0.03  # minimum difference of depth between neighbours on different surfaces
 TURN = np.cos(np.radians(20))  # of the normal between neighbours on both sides of a crease
 THIN = 5  # pixels: narrower parts vanish under an opening
 STAIN = 0.05  # of albedo between neighbours
@@ -107,7 +107,7 @@ def placed_by_error(full: bob.GBuffer, share: float, complete: Callable[[bob.GBu
         error = np.abs(complete(_with_mask(full, mask)) - full.gray) * (mask == 0)
         is_peak = (error > 0) & (error == maximum_filter(error, 3))
         count = (budget - int(mask.sum())) // (ROUNDS - k)
-        first = np.argpartition((error + is_peak - mask).ravel(), -count)[-count:]  # peaks, then others, none twice
+        first = np.argpartition((error + is_peak - mask).ravel(), -count)[-count:]  # peaks, then others; no pixel twice
         mask.ravel()[first] = 1
     return _with_mask(full, mask)
 
@@ -290,7 +290,7 @@ Oracles know the truth, so no method reaches them. The column "change" compares 
 - **Edges**: at {shown}, silhouettes and creases have {edges:.0f} % of the error. The position of an edge between two
   samples is missing, not shading. Textures, highlights and thin parts have little of it in these pictures.
 - **The samples suffice**: blends of eight neighbours could do nearly everything. A network that chooses weights of
-  samples along an edge has this room; choosing among the three completed pictures already has a quarter.
+  samples along an edge could gain as much; choosing among the three completed pictures could gain a quarter.
 - **Placement matters more than completion from 5 % on**, and less at 2 %: the next network should place pixels.
 """
 

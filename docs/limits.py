@@ -195,10 +195,10 @@ def from_the_report(result: Evaluation, paper: Path) -> list[tuple[float, float]
 
 
 def ahead(some: Evaluation, more: Evaluation, paper: Path) -> str:
-    """Return a sentence: at how many stages the report's recipe is above the report on real meshes."""
+    """Return a sentence with the number of stages where the report's recipe exceeds the report on real meshes."""
     counts = [sum(difference > 0 for _, difference in from_the_report(result, paper)) for result in (some, more)]
     return (
-        f"On {len(set(some.shapes))} real meshes the report's recipe is above the report at {counts[0]} of "
+        f"On {len(set(some.shapes))} real meshes the report's recipe exceeds the report's SSIM at {counts[0]} of "
         f"{len(STAGES)} stages, on {len(set(more.shapes))} at {counts[1]}."
     )
 

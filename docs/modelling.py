@@ -63,7 +63,7 @@ TEXT_AND_PICTURES = """## Text and pictures
 | `measure_image(path_or_array, width=None, height=None)` | Its width and height. |
 
 These are flat shapes around the origin, by default of height 1. They exist in Python only: scripts and the page
-read neither fonts nor pictures, but show them in `.bob` files. Text needs fontTools: `pip install '.[text]'`.
+read neither fonts nor pictures, but show them in `.bob` files. Text needs fontTools: `pip install 'bobrossnet[text]'`.
 
 Letters are outlines of lines and arcs that follow the font's curves, TrueType or CFF, to 3e-5 of the font's size;
 overlapping contours are united. Spacing follows the letters' widths and the font's `kern` table. There are no

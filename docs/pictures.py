@@ -4,7 +4,7 @@
     npm install --prefix /tmp/rivals @google/model-viewer
     python docs/pictures.py [/tmp/rivals] [folder of the single pictures]
 
-The models are those of the benchmarks, in shared/models. A viewer that is missing is left out.
+The benchmarks use the same models, in shared/models. A missing viewer is left out.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Microscope:
 
 
 def measure() -> None:
-    """Measure the flakes until the predicted error is small enough, and write what was seen."""
+    """Measure the flakes until the predicted error is small enough, and write the picture."""
     sample = flakes()
     microscope = Microscope(sample, COUNTS)
     for frame in bob.progressive(tracer=microscope, size=SIZE, fraction=0.02, until=ENOUGH):
@@ -79,7 +79,7 @@ def measure() -> None:
 
 
 def normalized_error(image: F32, truth: F32) -> float:
-    """Return the root of the summed squared error over that of the summed squares, as scikit-image does by default."""
+    """Return the norm of the error divided by the norm of the truth, as scikit-image does by default."""
     return float(np.linalg.norm(image - truth) / np.linalg.norm(truth))
 
 

@@ -64,7 +64,7 @@ LEAVE = """() => {
 class Tabs:
     """Tabs of a browser that tests use one after another.
 
-    A new context costs as much as two first pictures: its processes start, and compile the page's code again. An idle
+    A new context takes the time of two first pictures: its processes start, and compile the page's code again. An idle
     tab with the same scripts and settings has both. Between tests it shows an empty document of the last page's origin,
     because another origin would take another process.
     """

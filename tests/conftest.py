@@ -26,7 +26,7 @@ LONGEST = (
     "test_figures_learned",
     "test_cli",
 )
-"""The files that take the longest run first: of two workers, none is left with a long file at the end."""
+"""The files that take the longest, run first, so that no worker starts a long file at the end."""
 
 
 def pytest_collection_modifyitems(items):

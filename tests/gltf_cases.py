@@ -1,6 +1,6 @@
 """glTF files of kinds that readers get wrong, by their paths in tests/cases.
 
-The numbers follow from the specification, or are those of three.js. Bounds are in the file's axes, y up.
+The numbers follow from the specification, or come from three.js. Bounds are in the file's axes, y up.
 """
 
 from typing import NamedTuple

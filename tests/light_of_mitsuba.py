@@ -27,7 +27,7 @@ REFERENCE = Path(__file__).parent / "cases" / "light" / "mitsuba.png"
 REFERENCE_PATHS = 2**14
 
 FAR = 1e4
-"""Distance of a lamp that stands for a disc at infinity: directions differ by less than 1/1000 over a scene."""
+"""Distance of a lamp that replaces a disc at infinity: directions differ by less than 1/1000 over a scene."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def block() -> tuple[Any, ...]:
 
 
 def ring() -> tuple[Any, ...]:
-    """A torus with normals of its own."""
+    """A torus with given normals."""
     around, across = 96, 48
     a, b = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij")
     normals = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1).reshape(-1, 3)

@@ -31,7 +31,7 @@ def git(*arguments: str) -> str:
 
 
 def words(file: Path) -> set[str]:
-    """Return the names by which tests refer to a file: a module's import, and its public functions and classes."""
+    """Return the names that tests use for a file: a module's import, and its public functions and classes."""
     if file.is_relative_to(ROOT / "bindings"):
         return {f"_core.{name}" for name in re.findall(r'\bm(?:\.def\(|,) ?"(\w+)"', file.read_text())}
     if file.suffix != ".py":
@@ -49,7 +49,7 @@ def naming(tests: Iterable[Path], names: set[str]) -> list[Path]:
 
 
 def headers(file: Path) -> set[str]:
-    """Return the headers by which tests reach a core file: its header, or for a source without one its includes."""
+    """Return the headers that lead from tests to a core file: its header, or for a source without one its includes."""
     own = file.with_suffix(".h")
     if own.is_file():
         return {own.relative_to(ROOT / "core").as_posix()}

@@ -173,7 +173,7 @@ def _refuse_open_files() -> None:
 
 
 def _have_children_play(system: str) -> None:
-    """Simulate in child processes, too; those of multiprocessing run this file again."""
+    """Simulate in child processes, too; multiprocessing's children run this file again."""
     from bobrossnet.adapters import apart
 
     begin = f"import sys; sys.path.insert(0, {FOLDER!r}); import systems; systems.play({system!r}); "

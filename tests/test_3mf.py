@@ -91,7 +91,7 @@ def test_base_materials_do_not_blend(tmp_path: Path) -> None:
 
 
 def test_composites_are_mixtures(tmp_path: Path) -> None:
-    """In linear light; one whose shares are none is white."""
+    """Colours mix in linear light; a composite whose shares sum to zero is white."""
     mesh = MESH.replace("v3='2'", "v3='2' pid='6' p1='0' p2='1' p3='2'")
     resources = (
         "<basematerials id='5'><base name='a' displaycolor='#FF0000'/><base name='b' displaycolor='#0000FF'/>"

@@ -207,7 +207,7 @@ def test_other_nodes(name: str, tmp_path: Path) -> None:
 
 
 def test_repetition_by_a_distance_of_zero(tmp_path: Path) -> None:
-    """A cell's number is infinite, clamped to none; where it would be 0 / 0, too."""
+    """The cell's number is infinite or 0 / 0, and is clamped to 0."""
     nodes = [
         node("constvec", x="0", y="0", z="4"), node("division", f"{POS} B=n0"), node("round", "A=n1"),
         node("constvec", x="0", y="0", z="2"), node("constvec", x="0", y="0", z="-2"),
@@ -294,7 +294,7 @@ def test_rays_meet_what_numpy_finds(tmp_path: Path) -> None:
         inside = f(o + t[:, None] * d) < 0
         first = t[np.argmax(inside)] if inside.any() else np.inf
         assert found <= first + 1e-4
-        # Samples miss what is thinner than their step.
+        # Samples miss parts thinner than their step.
         assert found == first or found > first - 2e-3 or f(o + (found + 1e-4) * d) < 1e-3
 
 
@@ -307,7 +307,7 @@ def test_rays_meet_what_numpy_finds(tmp_path: Path) -> None:
         (function("5", [], {"shape": "n7.result"}), "expected a node n7, got none"),
         (function("5", [node("length", "A=n0")], {"shape": "n0.result"}), "without a cycle, got one through n0"),
         (function("5", [node("length")], {"shape": "n0.result"}), "n0: expected A, got none"),
-        (function("5", [node("erode", POS)], {"shape": "n0.result"}), "a kind of node that is read, got erode"),
+        (function("5", [node("erode", POS)], {"shape": "n0.result"}), "a supported kind of node, got erode"),
         (function("5", [node("min", f"{POS} B=n1"), node("length", POS)], {"shape": "n0.result"}),
          "expected a vector, got a scalar"),
         (function("5", [node("constant", value="many")], {"shape": "n0.result"}), "expected numbers, got others"),

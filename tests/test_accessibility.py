@@ -84,7 +84,7 @@ def test_the_picture_shows_its_focus_in_two_colours(opened):
 
 @pytest.mark.parametrize("colors", ["none", "active"])
 def test_planes_of_sections_are_seen_and_focused(opened, colors):
-    """On any background: in two colours, or in those of the user."""
+    """On any background: in two colours, or in the user's colours."""
     page = opened(forced_colors=colors)
     page.locator("#picture").focus()
     page.keyboard.press("x")

@@ -1,4 +1,4 @@
-"""The tools for agents, by the protocol's own client: looking, picking, measuring, comparing, and what is refused."""
+"""The tools for agents, by the protocol's own client: looking, picking, measuring, comparing, and refusals."""
 
 import asyncio
 import base64
@@ -63,7 +63,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def calls(folder):
-    """Calls tools in turn; each result is what their texts hold, or a picture's array."""
+    """Calls tools one after another; each result is the object in the tool's text, or a picture's array."""
 
     def run(*wanted):
         async def session():
@@ -76,7 +76,7 @@ def calls(folder):
 
 
 def finished(coroutine):
-    """Run it in a thread of its own: browsers of other tests keep a loop in this one."""
+    """Run it in a new thread: browsers of other tests keep a loop in this one."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(asyncio.run, coroutine).result()
 
@@ -189,8 +189,8 @@ def test_files_elsewhere_are_refused(calls, folder, name):
         ("look", {}, "file, script: expected one of them"),
         ("look", {"script": "sphere(1)", "size": "4000x10"}, "size: expected at most 2048 pixels a side, got 4000x10"),
         ("look", {"script": "sphere(1)", "views": ["above"]}, "views: expected one of front, "),
-        ("pick", {"row": 0, "column": 0}, "pick: expected a picture before; call look"),
-        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected a picture before; call look"),
+        ("pick", {"row": 0, "column": 0}, "pick: expected an earlier picture; call look first"),
+        ("measure", {"first": [1], "second": [2, 3]}, "pick: expected an earlier picture; call look first"),
         ("mesh", {"out": "x.doc", "script": "sphere(1)"}, "x.doc: "),
     ],
 )
@@ -382,7 +382,7 @@ def test_a_hundred_calls_keep_no_memory(calls):
         ("describe", {"file": "no_hole.stl"}),
         ("compare", {"first": "plate.stl", "second": "thick.stl", "size": "150x50"}),
     ]
-    calls(*five * 8)  # until allocators have what they keep
+    calls(*five * 8)  # until the allocators' memory stops growing
     before = resident()
     calls(*five * 20)
     assert resident() - before < 30

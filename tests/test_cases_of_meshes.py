@@ -1,4 +1,4 @@
-"""Mesh files after public bug reports, in Python and in the page: each shows what its format's specification says."""
+"""Mesh files after public bug reports, in Python and in the page: each looks as its format's specification says."""
 
 from pathlib import Path
 
@@ -103,7 +103,7 @@ def test_errors_in_python(name):
 
 @pytest.fixture(scope="module")
 def read(browser, viewer):
-    """What the page reads of a case."""
+    """Reads a case in the page."""
     for file in CASES.rglob("*.*"):
         viewer.files[f"tested/cases/{file.relative_to(CASES).as_posix()}"] = file
     page = browser.new_page()

@@ -1,4 +1,4 @@
-"""Scene files: what goes in comes out, and damaged or odd files are refused."""
+"""Scene files: saved scenes load unchanged, and damaged or odd files are refused."""
 
 import json
 

@@ -34,7 +34,7 @@ def folder(viewer, tmp_path_factory):
 
 
 def scene():
-    """Return two boxes far from the origin, of which one is small."""
+    """Return two boxes far from the origin, a large one and a small one."""
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
@@ -432,7 +432,7 @@ def test_a_double_click_centres_a_point_and_turns_about_it(shown, fov):
     turned = camera(page)
     assert turned.azimuth != 40
     assert corner_at(page, point, turned) == pytest.approx((WIDTH / 2, HEIGHT / 2), abs=4)  # of the pixel clicked
-    page.mouse.dblclick(3, 3)  # beside the scene: everything
+    page.mouse.dblclick(3, 3)  # next to the scene: fits everything
     wanted = fitted(scene(), bob.Camera(turned.azimuth, turned.elevation, fov=fov), size=(HEIGHT, WIDTH))
     page.wait_for_function(f"(zoom) => Math.abs({VIEW}.camera.zoom / zoom - 1) < 0.03", arg=wanted.zoom)
 
@@ -708,7 +708,7 @@ def test_hot_spots_are_at_points_and_hide_behind_things(shown, fov):
     page.evaluate("() => { document.querySelectorAll('bob-view > button')[1].dataset.position = '103 49 0.5'; }")
     page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 350 }}; }}")
     page.wait_for_function("() => document.querySelectorAll('bob-view > button')[1].hasAttribute('data-visible')")
-    page.keyboard.press("Tab")  # the picture, then only what is seen
+    page.keyboard.press("Tab")  # the picture, then only visible controls
     seen = []
     for _ in range(4):
         page.keyboard.press("Tab")

@@ -101,7 +101,7 @@ def host(request):
 
 @pytest.fixture(scope="module")
 def hosts(folder):
-    """Serve the folder without and with headers by which workers may share memory."""
+    """Serve the folder without and with the headers that let workers share memory."""
     with (
         serving(folder, Cache_Control="no-store") as alone,
         serving(folder, Cache_Control="no-store", **SHARING) as shared,
@@ -238,7 +238,7 @@ TREE = f"""async () => {{
 
 
 def assembly(file):
-    """Write a glTF of nodes below nodes, of which two share a mesh and a name."""
+    """Write a glTF of nodes below nodes; two share a mesh and a name."""
     scene = trimesh.Scene()
     cube, ball = trimesh.creation.box((2, 2, 2)), trimesh.creation.icosphere(2)
     for name, mesh, parent, x in [
@@ -405,7 +405,7 @@ MOVING = f"""async (azimuths) => {{
 
 @pytest.mark.parametrize("name", ["nested.bob", "machine.obj"])
 def test_edges_stay_in_motion(shown, host, name, folder):
-    """Drawn from fewer first hits: most of the exact picture's lines are there, and hardly any others."""
+    """Drawn from fewer first hits: nearly all lines of the exact picture, and few others."""
     page = shown(f'src="{name}" edges picture-size="320x240"', host)
     page.evaluate(f"() => {{ {VIEW}.viewing.schedule.budget = 200; }}")
     address = page.evaluate(MOVING, [33, 36, 39, 42])

@@ -108,7 +108,7 @@ def test_a_torus_hides_itself():
 
 
 def test_seams_are_no_edges():
-    """Borders of a cylinder are circles; the line at which its surface closes is not drawn."""
+    """Borders of a cylinder are circles; the line where its surface closes is not drawn."""
     scene = bob.Scene(cylinder())
     camera = bob.Camera(azimuth=0, elevation=30)
     angles = np.linspace(0, 2 * np.pi, 2000)
@@ -191,7 +191,7 @@ def check_lines(scene, camera):
 
 
 def test_lines_run_where_faces_change():
-    """Of several parts, of which one cuts another."""
+    """Several parts; one cuts another."""
     parts = bob.Scene([bob.Instance(CUBES["brep"]), bob.Instance(cylinder()).translate((0.4, 0.3, 1.2)), torus()])
     camera = bob.Camera(azimuth=40, elevation=30)
     assert check_lines(parts, camera) > 1000

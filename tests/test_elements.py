@@ -1,4 +1,4 @@
-"""Many <bob-view> on one page: they share workers, and nothing is done for those that nobody sees."""
+"""Many <bob-view> on one page: they share workers, and nothing is done for invisible ones."""
 
 from contextlib import ExitStack
 
@@ -53,7 +53,7 @@ SHARING = {"Cross_Origin_Opener_Policy": "same-origin", "Cross_Origin_Embedder_P
 
 @pytest.fixture(params=[{}, SHARING], ids=["alone", "shared"])
 def headers(request):
-    """Return a server's headers, without and with which workers may share memory."""
+    """Return a server's headers, which forbid or allow workers to share memory."""
     return request.param
 
 

@@ -110,11 +110,11 @@ def test_cameras_that_fit_leave_nothing_out(shape: bob.Shape) -> None:
         (lambda: bob.fitted(BALL, margin=0.5), "margin: expected a number in [0, 0.45], got 0.5"),
         (
             lambda: bob.fitted(BALL, bob.Camera(position=(3, 0, 0), fov=50)),
-            "camera: expected one that orbits, got one that stands at a position",
+            "camera: expected an orbiting camera, got one at a position",
         ),
         (lambda: bob.fitted(3), "shapes: expected a shape or several, got int"),
         (lambda: bob.orbit(BALL, frames=0), "frames: expected an integer in 1..10000, got 0"),
-        (lambda: bob.orbit(BALL, bob.Camera(position=(3, 0, 0), fov=50)), "camera: expected one that orbits"),
+        (lambda: bob.orbit(BALL, bob.Camera(position=(3, 0, 0), fov=50)), "camera: expected an orbiting camera"),
         (lambda: bob.orbit(BALL, fraction=0), "fraction: expected a number in (0, 1], got 0"),
         (lambda: bob.Film(BALL, []), "cameras: expected at least one, got none"),
         (lambda: bob.Film(BALL, [3]), "cameras: expected cameras, got int"),  # type: ignore[list-item]

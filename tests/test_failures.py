@@ -1,4 +1,4 @@
-"""Whatever keeps a picture from being shown is told in one sentence that says what to do."""
+"""If no picture can be shown, one sentence gives the reason and the remedy."""
 
 import re
 import shutil

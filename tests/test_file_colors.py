@@ -1,4 +1,4 @@
-"""Colours, materials and textures of mesh files, against what the formats' specifications say of them."""
+"""Colours, materials and textures of mesh files, against the formats' specifications."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def seen(scene: Any, size: tuple[int, int] = (40, 40)) -> NDArray[np.float32]:
 
 
 def corners_of(albedo: NDArray[np.float32]) -> NDArray[np.int64]:
-    """What is near the four corners of a picture, in full strengths."""
+    """Return the colours near the four corners of a picture, rounded to 0 or 1."""
     return np.rint(albedo[[[8], [31]], [[8, 31]]]).astype(int)
 
 
@@ -219,7 +219,7 @@ def test_pictures_of_a_file_have_a_limit_together(tmp_path: Path, monkeypatch: p
 
     mtl = "".join(f"newmtl {i}\nmap_Kd copy0.png\nmap_d {i}.png\n" for i in (1, 2))
     _, warned = told(obj(tmp_path, mtl, face))
-    assert len(warned) == 2  # one picture and one mask fit, with nothing left for what they become
+    assert len(warned) == 2  # one picture and one mask fit, but not the two combined
     assert warned[0].startswith("a.obj: the mask of 1 was left out: expected textures of at most 8 texels in all")
     assert warned[1].startswith("a.obj: texture 2.png was left out: ")
 
@@ -235,7 +235,7 @@ def test_a_picture_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     written(tmp_path / "u.png", data)
     sources = [{"source": i} for i in range(len(names))]
     tree = gltf([laid({"index": i}) for i in range(len(names))], textures=sources, images=names)
-    assert len(bob.load(saved(tmp_path, tree)).instances) == 1  # which look alike
+    assert len(bob.load(saved(tmp_path, tree)).instances) == 1  # because they look the same
     assert len(decoded) == 1
     mtl = "newmtl a\nmap_Kd t.png\nnewmtl b\nmap_Kd u.png\n"
     assert len(bob.load(obj(tmp_path, mtl, "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n")).instances) == 1
@@ -265,7 +265,7 @@ def seen_corners(scene: Any) -> list[list[bool]]:
 
 
 def test_obj_is_cut_out_by_half_transparent_textures(tmp_path: Path) -> None:
-    """By those of map_d, where it has one: by its alpha, else by what is bright. Else by the colours' own."""
+    """map_d's alpha decides, or its brightness if it has no alpha; without map_d, the colour texture's alpha."""
     large = LEAF.repeat(16, 0).repeat(16, 1)
     written(tmp_path / "leaf.png", picture(texels=large))
     written(tmp_path / "other.png", picture(texels=np.ascontiguousarray(255 - large[..., 3])))
@@ -279,7 +279,7 @@ def test_obj_is_cut_out_by_half_transparent_textures(tmp_path: Path) -> None:
         ("map_d leaf.png", cut),
         ("map_Kd leaf.png\nmap_d other.png", otherwise),
         ("map_Kd solid.png", all_of_it),
-        ("map_Kd glass.png", all_of_it),  # of which nothing would be left
+        ("map_Kd glass.png", all_of_it),  # a cutout would leave nothing of it
         ("d 0.1\nmap_Kd solid.png", all_of_it),
     ):
         mesh = mesh_of(obj(tmp_path, f"newmtl a\n{maps}\n"))
@@ -355,7 +355,7 @@ def test_ply_that_is_white_has_no_colors(tmp_path: Path) -> None:
 
 
 def test_ply_texture(tmp_path: Path) -> None:
-    """Of vertices and of corners, and what stands for it where it is missing."""
+    """Coordinates of vertices and of corners, and the colours used if the picture is missing."""
     comment = "comment TextureFile the texture.png\n"
     places, rows = "property float s\nproperty float t\n", "0 0 9 9 9\n1 0 9 9 9\n1 1 9 9 9\n0 1 9 9 9\n"
     scene, warned = told(ply(tmp_path, places + rgb("uchar"), rows=rows, comment=comment))
@@ -507,7 +507,7 @@ def test_gltf_samplers(tmp_path: Path) -> None:
     assert wraps == [("repeat", "repeat"), ("clamp", "mirror")]  # the third is like the first
     tree["materials"] *= 2
     tree["meshes"] = gltf(tree["materials"])["meshes"]
-    assert len(bob.load(saved(tmp_path, tree)).instances) == 2  # whatever wraps, alike is alike
+    assert len(bob.load(saved(tmp_path, tree)).instances) == 2  # equal surfaces stay equal under any wrapping
 
 
 @pytest.mark.parametrize(
@@ -561,7 +561,7 @@ def test_gltf_materials_of_nonsense_load(value: Any, tmp_path: Path) -> None:
     ],
 )
 def test_gltf_alpha_modes(more: dict[str, Any], expected: list[list[bool]], tmp_path: Path) -> None:
-    """The texture's alpha times the factor's against the cutoff. What is blended is there where it is seen by half."""
+    """The texture's alpha times the factor's against the cutoff. Blended surfaces are drawn from half opacity on."""
     image = {"uri": "data:;base64," + base64.b64encode(picture(texels=LEAF.repeat(16, 0).repeat(16, 1))).decode()}
     factor = [1, 1, 1, more.get("factor", 1)]
     material = {**more, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": factor}}
@@ -595,7 +595,7 @@ def test_pictures_of_any_kind_have_their_alpha(tmp_path: Path) -> None:
         alpha = image.getchannel("A").point(lambda value: 255 * (value >= 128))
         image.putalpha(alpha)
         if mode == "P":
-            # White, and black as what is transparent.
+            # White, and black as the transparent colour.
             indices = Image.fromarray((np.asarray(alpha) < 128).astype(np.uint8), "P")
             indices.putpalette([255, 255, 255, 0, 0, 0])
             indices.save(tmp_path / name, transparency=1)

@@ -1,4 +1,4 @@
-"""Mesh files: what loads, as what, and the one line that says why something doesn't."""
+"""Mesh files: the files that load, the resulting shapes, and the one line that explains a refusal."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
 
 def error_of(path: str | os.PathLike[str]) -> str:
-    """The message of the error; checked for what holds of all of them."""
+    """Return the error's message, after the checks that every message must pass."""
     with pytest.raises(InputError) as caught:
         load_mesh(path)
     message = str(caught.value)
@@ -283,11 +283,11 @@ def test_interrupts_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert "expected a mesh that fits into memory" in error_of(file)
 
 
-# ---- What is kept ----------------------------------------------------------------------------------------
+# ---- Global state ----------------------------------------------------------------------------------------
 
 
 def test_threads_leave_warnings_as_they_were(tmp_path: Path) -> None:
-    """What each holds back while it reads, another must not put back later."""
+    """Warnings that one thread suppresses while it reads, another must not restore later."""
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" * 50)
     before = list(warnings.filters)
     interval = sys.getswitchinterval()
@@ -337,7 +337,7 @@ def test_obj_mixed_corners_and_polygons(tmp_path: Path) -> None:
     text = SQUARE + "v 0.5 2 0\nvt 0 0\nvn 0 0 2\n" + faces
     mesh = load_mesh(written(tmp_path / "a.obj", text))
     assert len(mesh.triangles) == 5
-    # Zero where the file has none, for the tracer to make up.
+    # Zero where the file has no normal; the tracer then computes one.
     assert mesh.normals is not None
     assert sorted(set(map(tuple, mesh.normals.tolist()))) == [(0, 0, 0), (0, 0, 1)]
 
@@ -483,7 +483,7 @@ def test_gltf_is_turned_to_z_up(tmp_path: Path) -> None:
 def test_gltf_normals_stay_upright_on_what_is_stretched_and_mirrored(tmp_path: Path) -> None:
     nodes: list[dict[str, Any]] = [{"children": [1], "camera": 0}, {"mesh": 0, "scale": [-4, 1, 1]}]
     mesh = loaded(tmp_path, gltf(nodes, normals=True, cameras=[{"type": "perspective"}]))
-    # A plane stretched four times in x leans four times less; its inverse is what normals are multiplied by.
+    # A plane stretched four times in x leans four times less: normals are multiplied by the inverse.
     assert mesh.normals is not None
     assert mesh.normals[0] == pytest.approx(np.array([-0.25, 0, 1]) / math.hypot(0.25, 1))
     assert normal_of(mesh) == [0, 0, 1]  # the outside is still outside
@@ -580,7 +580,7 @@ def test_gltf_errors(change: dict[str, Any], message: str, tmp_path: Path) -> No
 
 
 def buffer_file(path: Path) -> Path:
-    """The triangle's data, to lie beside a glTF."""
+    """Write the triangle's data next to a glTF."""
     path.parent.mkdir(exist_ok=True)
     return written(path, base64.b64decode(gltf([])["buffers"][0]["uri"].partition(",")[2]))
 
@@ -732,7 +732,7 @@ def test_3mf_bombs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("start", "repeated", "message"),
     [
-        ("<m>", "<a/>", "over 250,000 of a few bytes"),
+        ("<m>", "<a/>", "at most 250,000 elements of a few bytes"),
         ("<m>", "<a>", "at most 100,000 levels"),
         ("<m a='", "aaaa", "tags of at most 1,048,576 bytes"),
         ("<m><!--", "aaaa", "tags of at most 1,048,576 bytes"),

@@ -1,4 +1,4 @@
-"""Colours of formulas: what operations make of them, in Python and in scripts, in pictures, meshes and files."""
+"""Colours of formulas under all operations, in Python and in scripts, in pictures, meshes and files."""
 
 import copy
 import json

@@ -63,7 +63,7 @@ def test_cases(name: str, case: Case) -> None:
 
 
 def mesh_fields(name: str) -> list[dict[str, NDArray[Any] | None]]:
-    """Of each mesh of a case: its arrays, those of triangles from their smallest corner on."""
+    """Return the arrays of each mesh of a case; each triangle starts at its smallest corner."""
     result = []
     for mesh in map(mesh_of, bob.load(FOLDER / name).instances):
         turns = mesh.triangles.argmin(axis=1)[:, None] + np.arange(3)

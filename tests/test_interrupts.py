@@ -56,7 +56,7 @@ def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tm
     """Signals are handled between Python's own steps, and every 20 ms within the core's, so no single one may take
     long. A file of 100 MB takes up to some seconds of the processor, and should be left within 0.3 s."""
     (tmp_path / name).write_bytes(make())
-    bob.load(tmp_path / name)  # once, with what it imports
+    bob.load(tmp_path / name)  # once, with its imports
     gc.disable()
     times = [time.thread_time()]
     before = signal.signal(signal.SIGALRM, lambda sent, frame: times.append(time.thread_time()))

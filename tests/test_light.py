@@ -309,7 +309,7 @@ def test_glass_takes_light_away_by_beer():
 
 
 def test_a_camera_may_be_inside_of_glass():
-    """What it sees is refracted on the way out alone: beyond the critical angle it sees a mirror."""
+    """Its rays are refracted only on the way out: beyond the critical angle they are reflected."""
     pool = glass(box((-2, -2, -2), (2, 2, 2)), ior=1.5, attenuation=(0.5, 0.5, 0.5), distance=1.0)
     camera = bob.Camera(position=(0, 0, 0), target=(0, 0, 1), up=(1, 0, 0), fov=20)
     seen = lit(pool, bob.Sky(), camera, (16, 16), paths=256)
@@ -319,7 +319,7 @@ def test_a_camera_may_be_inside_of_glass():
 
 
 def test_water_may_reach_into_its_glass():
-    """The last solid that was entered counts: where indices are alike, overlapping solids are as one."""
+    """The last solid that was entered decides: overlapping solids of equal index look like one."""
     both = [glass(sphere_mesh()), glass(sphere_mesh()).scale(0.8)]
     sky = bob.Sky("#fff", "#000")
     one = lit(both[0], sky, bob.Camera(elevation=0), (33, 33), paths=64)["gray"]
@@ -645,7 +645,7 @@ def test_passes_go_on_until_the_error_is_small():
 
 
 def plate_on_the_ground():
-    """A scene with a steep penumbra beside a contact."""
+    """A scene with a steep penumbra next to a contact."""
     plate = bob.sdf.cylinder(1) & bob.sdf.slab(z0=0, z1=0.4)
     return bob.Scene(plate)
 

@@ -28,7 +28,7 @@ def test_light_is_that_of_mitsuba(name, reference, tmp_path):
     Image.fromarray(np.clip(picture, 0, 255).astype(np.uint8)).save(tmp_path / "ours, Mitsuba's, 16 times more.png")
     assert inner.mean() > 0.1
     assert np.abs(difference[inner]).mean() < 1, tmp_path
-    assert np.abs(difference[inner].mean(0)).max() < 0.4, tmp_path  # without most of the noise
+    assert np.abs(difference[inner].mean(0)).max() < 0.4, tmp_path  # a mean has little noise
 
 
 @pytest.mark.parametrize("name", CASES)

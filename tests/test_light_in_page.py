@@ -1,4 +1,4 @@
-"""Lights in <bob-view>: the converged picture is that of `render`, and the headlight stays as it is."""
+"""Lights in <bob-view>: the converged picture equals `render`'s, and the headlight is unchanged."""
 
 import re
 import threading
@@ -37,7 +37,7 @@ FORMULA, LITTLE = "ball.bob", 'picture-size="96x72"'
 
 
 def meshes():
-    """Return a red box and a mirror beside it."""
+    """Return a red box and a mirror next to it."""
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
@@ -107,7 +107,7 @@ def test_the_converged_picture_is_that_of_render(shown, file, scene, headers):
     page = shown(f'src="{file}" light="studio" {LITTLE}', headers)
     picture = settled(page)
     assert_same(picture, bob.render(scene(), size=(HEIGHT, WIDTH), light="studio"))
-    assert 0 < picture[..., 3][picture[..., :3].max(-1) == 0].max() < 255  # shadows beside the shapes
+    assert 0 < picture[..., 3][picture[..., :3].max(-1) == 0].max() < 255  # shadows around the shapes
     assert page.evaluate("() => pictures.every(({ phase }) => phase === 'light')")
 
 

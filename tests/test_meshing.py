@@ -342,7 +342,7 @@ def test_steps_and_paths_that_can_not_be_are_named(tmp_path, monkeypatch):
 
 def test_what_is_thinner_than_the_step_is_told():
     dust = functools.reduce(lambda a, b: a | b, (d3.sphere(0.01).translate(p) for p in np.eye(3)))
-    with pytest.raises(bob.InputError, match="step: expected one that is less than the shape is thick"):
+    with pytest.raises(bob.InputError, match="step: expected less than the shape's thickness"):
         dust.mesh(0.2)
 
 

@@ -113,7 +113,7 @@ def test_a_mesh_is_shown_and_the_package_is_small(browser, folder, name):
     assert not any("core.relaxed" in path or "core.wasm" in path for path in sizes)
 
 
-# ---- What registries and editors read --------------------------------------------------------------------
+# ---- Files for registries and editors --------------------------------------------------------------------
 
 
 def test_the_description_names_what_is_there(tmp_path, monkeypatch):

@@ -114,7 +114,7 @@ def tube(points=PATH, knots=CUBIC, radius=0.1, weights=None):
         (lambda: face().points(2, 0), "u: expected numbers in the domain 0 to 1, got 2"),
         (lambda: face().points(0, [0, NAN]), "v: expected numbers in the domain 0 to 1, got nan"),
         (lambda: face().points("a", 0), "u: expected an array of numbers, got str"),
-        (lambda: face().points([0, 0], [0, 0, 0]), "v: expected a shape that goes with u's (2,), got (3,)"),
+        (lambda: face().points([0, 0], [0, 0, 0]), "v: expected a shape that broadcasts with u's (2,), got (3,)"),
         (lambda: face().derivatives(0, 0, -1), "order: expected an integer in 0..9, got -1"),
         (lambda: bob.Scene(face(trims=[])), "shapes: expected a shape or several, got Face"),
         (lambda: bob.Scene(bob.Brep([face(SQUARE * 0)])), "faces: expected at least one face"),

@@ -482,7 +482,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "no knots at all": (".xml", GISMO.replace("0 0 0 1 1 1", ""), "KnotVector 0: expected at least 6 knots"),
     "words in knots": (".xml", GISMO.replace("0 0 0 1 1 1", "0 0 0 a 1 1"), "KnotVector 0: expected a number, got 'a'"),
     "falling knots": (".xml", GISMO.replace("0 0 0 1 1 1", "0 0 0 1 1 0"), "Geometry 1: knots_u: expected"),
-    "no coefs": (".xml", GISMO.replace("coefs", "points"), "Geometry 1: coefs: expected some, got none"),
+    "no coefs": (".xml", GISMO.replace("coefs", "points"), "Geometry 1: coefs: expected coefficients, got none"),
     "coefs missing": (".xml", GISMO.replace("1 1 2\n", ""), "coefs: expected 2 x 3 x 3 numbers, got 15"),
     "other geoDim": (".xml", GISMO.replace('geoDim="3"', 'geoDim="9999999999"'), "geoDim: expected an integer in 2..3"),
     "NaN in coefs": (".xml", GISMO.replace("1 1 2\n", "1 1 nan\n"), "control_points: expected finite"),

@@ -158,7 +158,7 @@ def test_agreement_is_not_for_free():
 
 
 def test_edges_of_weights_far_apart_are_where_they_are():
-    """Parameters are in float32, so hits may lie beside their points, but not above them."""
+    """Parameters are in float32, so hits may be displaced along the surface, but not off it."""
     points = np.array([[(-1, -1, 0.3), (-1, 1, -0.3)], [(1, -1, -0.3), (1, 1, 0.3)]])
     for ratio in (100, 1000):
         scene = bob.Scene(bob.nurbs_surface(points, [0, 0, 1, 1], [0, 0, 1, 1], [[1, ratio], [ratio, 1]]))

@@ -410,7 +410,7 @@ def test_iges_that_ends_early_is_refused_at_once(furniture, tmp_path, monkeypatc
 
 @pytest.mark.parametrize(("suffix", "damage"), [(".step", b""), (".iges", b"\n" + b" " * 72 + b"T      1\n")])
 def test_files_of_which_a_part_is_missing_are_refused(furniture, tmp_path, suffix, damage):
-    """OpenCascade crashes on one of these."""
+    """OpenCascade crashes on one of the files."""
     whole = furniture[suffix].read_bytes()
     path = tmp_path / f"cut{suffix}"
     path.write_bytes(whole[: int(0.8 * len(whole))] + damage)

@@ -198,7 +198,7 @@ def test_parts_are_hidden_and_isolated(machine):
     assert paths(bolt) == ["housing", "housing/bolt"]
     assert bolt.extent.low.tolist() == [3, 0, 0]
     assert len(bolt.instances[0].shape.triangles) == 4
-    with pytest.raises(bob.InputError, match="parts: expected some that stay, got all"):
+    with pytest.raises(bob.InputError, match="parts: expected to keep at least one, got all"):
         machine.hide(*machine.parts)
     with pytest.raises(bob.InputError, match="parts: expected at least one"):
         machine.isolate()

@@ -73,7 +73,7 @@ def work():
     try:
         made[0].frame()
     except bob.InputError as error:
-        return str(error).startswith("View: expected one that no other thread used as this process was forked")
+        return str(error).startswith("View: expected one that was idle when this process was forked")
 print(while_at_work(made[0].frame, work))
 """
 

@@ -97,7 +97,7 @@ def test_json_goes_to_stderr_where_the_picture_is_the_output(part):
 def test_standard_input_needs_its_format(given):
     done = run("render", "-", *given, content=b"solid")
     assert done.returncode == 2
-    assert done.stderr.startswith(b"bobrossnet: error: --format: expected standard input's, one of .ply ")
+    assert done.stderr.startswith(b"bobrossnet: error: --format: expected the format of standard input, one of .ply ")
     assert done.stderr.count(b"\n") == 1
 
 

@@ -40,7 +40,7 @@ def done(quality, folder, tmp_path_factory):
         patch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))
         patch.setitem(
             import_module("bobrossnet.learn.figures.style")._STYLE, "savefig.dpi", 50
-        )  # drawing takes most of the time
+        )  # drawing is the slow part
         patch.setattr(quality, "SUBJECTS", (quality.Subject("a.sdf", "ball", bob.Camera()),))
         quality.main(["--scale", "small", "--shapes", str(folder), "--work", str(work)])
     return work
@@ -110,7 +110,7 @@ def test_nothing_is_measured_twice(done, quality, folder, tmp_path, monkeypatch)
 
 
 def evaluation(quality, change):
-    """Return errors of the network with both orders, `change` times those of linear filling, on three shapes."""
+    """Return errors of the network with both orders, `change` times the errors of linear filling, on three shapes."""
     errors = np.array([[0.2, 0.1], [0.3, 0.2], [0.4, 0.2]])
 
     def scores(values):

@@ -167,7 +167,7 @@ def test_colours_are_those_of_materials_or_of_lines(tmp_path):
         (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)), WHITE),
         (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)), WHITE),
         (attributes(layer=red, MaterialIndex=green, **of_object), paint),
-        (attributes(layer=red, MaterialIndex=green), lines),  # the layer's material applies, but it has none
+        (attributes(layer=red, MaterialIndex=green), lines),  # the layer's material applies, but the layer lacks one
         (attributes(layer=painted, **of_object), lines),  # and the reverse
         (attributes(layer=red, MaterialIndex=soot, **of_object), (0, 0, 0)),
         (attributes(layer=painted, ColorSource=source.ColorFromMaterial), paint),
@@ -430,7 +430,9 @@ def test_damaged_files_are_refused(tmp_path):
         with pytest.raises(bob.InputError, match=r"^x\.3dm: [^\n]*$"):
             bob.load(file)
     file.write_bytes(b"solid of another kind")
-    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or a part of one$"):
+    with pytest.raises(
+        bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or an incomplete file$"
+    ):
         bob.load(file)
 
 

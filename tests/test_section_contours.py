@@ -138,7 +138,7 @@ def test_a_plane_that_misses_has_no_contours(tmp_path):
 
 
 def test_one_section_at_a_time():
-    with pytest.raises(bob.InputTypeError, match=r"^section: expected one, got 2"):
+    with pytest.raises(bob.InputTypeError, match=r"^section: expected one section, got 2"):
         bob.section(sphere(1), ["x=0", "y=0"])
 
 
@@ -228,7 +228,7 @@ def test_drawings_out_of_range(tmp_path, name, options, message):
 
 @pytest.mark.parametrize(("unit", "number"), [(None, "4"), ("in", "1"), ("m", "6")])
 def test_drawings_have_the_unit_of_the_scene(tmp_path, unit, number):
-    """Millimetres, if the scene has none."""
+    """Millimetres, if the scene has no unit."""
     bob.section(bob.Scene(box(2), unit=unit), "z=0").save(tmp_path / "cut.dxf")
     lines = (tmp_path / "cut.dxf").read_text().split("\n")
     assert lines[lines.index("$INSUNITS") + 2] == number

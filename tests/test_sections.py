@@ -67,7 +67,7 @@ def test_texts_that_mean_nothing(section):
         (lambda: bob.Section((0, 0, 0)), "normal: expected a length above 0"),
         (lambda: bob.Section((0, np.nan, 1)), "normal: expected finite numbers"),
         (lambda: bob.Section((0, 0, 1), np.nan), "offset: expected"),
-        (lambda: bob.Section("x=0", 3), "offset: expected none beside a section as text"),
+        (lambda: bob.Section("x=0", 3), "offset: expected none with a section as text"),
         (lambda: bob.Scene(box(1), section=["x=0"] * 7), "section: expected at most 6, got 7"),
         (
             lambda: bob.trace(box(1), section=3),
@@ -191,7 +191,7 @@ def test_a_plane_that_misses_everything(section, seen):
 @pytest.mark.parametrize("make", [lambda: box(1), lambda: bob.Mesh(*cube())])
 def test_a_plane_in_a_face(make):
     camera = bob.Camera(azimuth=30, elevation=50)
-    # What is kept ends at its own face: a cap. What only touches the kept side is gone.
+    # The kept part ends at its own face: a cap. A part that only touches the kept side is gone.
     below = bob.trace(make(), camera, size=(64, 64), section="z=0.5")
     capped, points, _ = on_caps(bob.Scene(make(), section="z=0.5"), camera, (64, 64))
     top = (np.abs(points[..., 2] - 0.5) < 1e-5) & (below.depth > 0)

@@ -51,8 +51,8 @@ def test_extents():
 def test_dimensions_are_written(words):
     bob.sheet(BLOCK, unit="mm", title="block")
     assert words.count("4 mm") == 2  # below the top and the front view
-    assert words.count("2 mm") == 2  # beside the top view and below the right one
-    assert words.count("1 mm") == 3  # beside two views, and the scale bar
+    assert words.count("2 mm") == 2  # next to the top view and below the right one
+    assert words.count("1 mm") == 3  # next to two views, and the scale bar
     assert {"top", "front", "right", "isometric"} < {*words}
     assert "block   4 x 2 x 1 mm   1 part   volume 8 mm^3" in words
 
@@ -146,7 +146,7 @@ def test_command(tmp_path, capsys, monkeypatch):
 
 
 def test_a_part_of_a_mesh_is_named(words):
-    """Parts are those of the tree, not instances."""
+    """Parts of the tree are counted, not instances."""
     pieces = [(("lid",), 4), (("case",), 8)]
     bob.sheet(bob.Instance(BLOCK, pieces=pieces), "isometric", size=(300, 400))
     assert {"lid", "case"} < {*words}

@@ -160,7 +160,7 @@ def test_orders_side_by_side():
     ):
         both.total("mine")
     for text in ("", both.csv().replace("0.01", "x"), "\n".join(both.csv().splitlines()[:-1])):
-        with pytest.raises(InputError, match="text: expected the numbers of a stability, got "):
+        with pytest.raises(InputError, match="text: expected the result of a stability measurement, got "):
             Stability.from_csv(text)
 
 

@@ -101,7 +101,7 @@ def test_a_view_is_not_used_from_within_its_tracer(tree: bob.Scene) -> None:
 
 
 def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
-    """All that release the GIL: none may crash, and errors have one line."""
+    """Every object that releases the GIL: no crash, and errors of one line."""
     size = (256, 256)
     layout, planes = TRACED.core, np.zeros((TRACED.width, *size), np.float32)
     off_center = np.zeros(size, np.float32)

@@ -153,11 +153,11 @@ def test_every_call_returns_the_same_channels(name, is_first):
     with pytest.raises(bob.InputError) as error:
         list(bob.progressive(tracer=tracer, size=SIZE, fraction=0.3))
     every, got = ("every", "none") if is_first else ("no", "some")
-    assert str(error.value) == f"{name}: expected from {every} call of the tracer, as from its first, got {got}"
+    assert str(error.value) == f"{name}: expected it from {every} call of the tracer, as in the first, got {got}"
     assert calls == 2
     view = bob.View(tracer=lambda camera, pixels: tracer(pixels), size=SIZE)
     calls = 0
-    with pytest.raises(bob.InputError, match=rf"^{name}: expected from {every} call of the tracer"):
+    with pytest.raises(bob.InputError, match=rf"^{name}: expected it from {every} call of the tracer"):
         view.frame(fraction=1e-3), view.frame(bob.Camera(azimuth=32), fraction=1e-3)
 
 

@@ -106,7 +106,7 @@ def test_log(whole: Path) -> None:
 
 
 def test_validation_is_of_the_shipped_weights(whole: Path, dataset: Dataset) -> None:
-    """The loss in the log is that of the raw output of weights.safetensors on the validation samples."""
+    """The loss in the log is computed from the raw output of weights.safetensors on the validation samples."""
     network, header = checkpoint.load(whole / WEIGHTS)
     assert header["epoch"] == "2"
     batch = training.Batches(dataset, "validation", shuffle=False)[0]

@@ -147,7 +147,7 @@ def test_the_command_line_stands_shapes_up_and_says_so(tmp_path):
     assert (status, json.loads(told)["camera"]["elevation"]) == (0, 90)
     status, _, warned = command("render", BUNNY, "--view", "top", "--azimuth", "3", "-o", out)
     assert status == 2
-    assert warned == "bobrossnet: error: --view: expected no --azimuth beside it\n"
+    assert warned == "bobrossnet: error: --view: expected no --azimuth with it\n"
 
 
 @needs_models

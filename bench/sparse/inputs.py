@@ -31,7 +31,7 @@ class Picture(NamedTuple):
     number: int
     name: str
     view: Callable[[float], bob.GBuffer] | None
-    """Traces every pixel, with the camera turned by so many degrees; None if there is one view only."""
+    """Traces every pixel, with the camera turned by this angle in degrees; None if there is one view only."""
     full: bob.GBuffer
 
 

@@ -1,4 +1,4 @@
-"""The entries of SparseBench, by name. To add one: a function here or in a file of its own, and its row."""
+"""The entries of SparseBench, by name. To add one, write a function, here or in a new file, and its row."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Entry(NamedTuple):
     """Whether it chooses its pixels."""
     groups: tuple[str, ...] = ("made", "models", "mitsuba", "measured")
     pictures: int | None = None
-    """Measured on so many pictures only, without orbits: it is slow."""
+    """A slow method is measured on this number of pictures only, without orbits."""
     most: float = 1
     """Greatest share it is measured at."""
 

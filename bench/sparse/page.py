@@ -156,7 +156,7 @@ def means(
 
 
 def evaluated(results: Sequence[Result], group: str, pictures: int | None = None) -> Evaluation:
-    """Return the scores of methods on the first pictures of a group; those of shares not measured are NaN."""
+    """Return the scores of methods on the first pictures of a group; NaN for shares that were not measured."""
     scores: dict[Run, Any] = {}
     first = results[0].groups[group]
     names = tuple(first["pictures"][:pictures])

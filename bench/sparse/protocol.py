@@ -15,14 +15,14 @@ FREE = "free"
 COUNT = 100
 """Number of the package's pictures."""
 SEED = 4_100_000_000
-"""First seed of their shapes: beyond those of all data sets and of the reports."""
+"""First seed of their shapes: beyond the seeds of all data sets and reports."""
 AZIMUTH_STEP, ELEVATIONS, FOVS = 37, (20, 45), (0, 40)
 BRIGHT = 0.25
 """Least mean gray of textured surfaces."""
 KINDS = ("shape", "shape", "texture", "isosurface", "nurbs")
 
 ORBIT_EVERY = 4
-"""Every so many pictures, one has an orbit."""
+"""One picture in this number has an orbit."""
 ORBIT_FRAMES, ORBIT_STEP, ORBIT_SHARE = 8, 2.0, 0.05
 
 MITSUBA_PATHS = 256

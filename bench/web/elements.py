@@ -81,7 +81,7 @@ def of_processes(read: Callable[[Path], float], marker: str, kind: str = "") -> 
 
 
 def resident(folder: Path) -> float:
-    """Return the MB of a process, without memory shared with other processes but for that of its own workers."""
+    """Return the MB of a process, without memory that it shares with other processes, except its own workers."""
     sizes = dict(line.split(":") for line in (folder / "smaps_rollup").read_text("utf-8").splitlines()[1:])
     return int(sizes["Pss"].split()[0]) / 1000
 

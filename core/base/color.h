@@ -13,7 +13,7 @@
 
 namespace bob {
 
-/// By Rec. 709's weights; exactly 1 for white, unlike the sum in float.
+/// Luminance by Rec. 709's weights; exactly 1 for white, unlike the sum in float.
 inline float luminance(Vec3 rgb) { return static_cast<float>(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
 
 /// Minimum divisor of demodulated light, and factor of light that is multiplied back. Dark surfaces reflect highlights too.

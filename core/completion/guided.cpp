@@ -64,7 +64,7 @@ public:
             }
         }
     }
-    /// Of the pixels up to `reach` rows and columns away.
+    /// The sum over the pixels up to `reach` rows and columns away.
     [[nodiscard]] double around(int y, int x, int reach) const {
         const int top = std::clamp(y - reach, 0, height_), bottom = std::clamp(y + reach + 1, 0, height_);
         const int left = std::clamp(x - reach, 0, width_), right = std::clamp(x + reach + 1, 0, width_);

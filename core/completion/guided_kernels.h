@@ -66,7 +66,7 @@ template <class T>
 }
 
 struct GuidedKernels {
-    /// Pixels 0 to `count` of a row; every `step`-th sample of each range. `is_noisy` requests detail and noise.
+    /// Fits `count` pixels of a row to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
     void (*fit_gray)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
                      const GuidedRow& row, int count, bool is_noisy);
     void (*fit_color)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,

@@ -75,7 +75,7 @@ struct Lattices {
     }
 };
 
-/// For one and for three components; enough for the threads of small machines.
+/// Lattices of one and of three components; enough for the threads of small machines.
 std::array<Spare<Lattices>, 2> spare{Spare<Lattices>(8), Spare<Lattices>(8)};
 
 /// Rows of a picture: its mask, the traced values of a channel, and the output.

@@ -50,7 +50,7 @@ struct Paper::Images {
     struct Windows {
         int input = 0, encoded1 = 0, encoded2 = 0, code = 0, decoded1 = 0, decoded2 = 0;
 
-        /// For a picture of any height, finished in bands of `rows` rows.
+        /// Windows for a picture of any height, finished in bands of `rows` rows.
         explicit Windows(int rows) {
             const int all = 4 * std::max(rows, period);  // then the pattern repeats
             Progress done{};
@@ -62,7 +62,7 @@ struct Paper::Images {
         }
 
     private:
-        /// From the row above the next reads to the last row written.
+        /// Extends each window from the row above the next one read to the last row written.
         void add(const Progress& done, const Progress& next) {
             input = std::max(input, next.input - (done.output - 1));
             encoded1 = std::max(encoded1, next.encode1 / 2 - (done.decode2 - 1));

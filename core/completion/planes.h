@@ -30,7 +30,7 @@ inline AlignedFloats aligned_floats(std::size_t count) { return AlignedFloats(ne
 /// rows starting at a multiple of their number are contiguous.
 class Planes {
 public:
-    /// With all rows, or with at least `window` of them.
+    /// Allocates all rows, or at least `window` of them.
     Planes(int channels, int height, int width, int window)
         : channels_(channels), height_(height), width_(width), window_(std::min((window + 7) / 8 * 8, height)),
           row_end_((width + 31) / 32 * 32), stride_(static_cast<std::size_t>(border + row_end_)),

@@ -17,7 +17,7 @@ constexpr int most_levels = 10;
 
 // Channels of a level's inputs: gray and the features of traced pixels. Channels from the coarser level follow.
 constexpr int known = 8;
-// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise.
+// Channels of level 1's inputs: gray, normal x, normal y, and the phases of the mask and of the surprise.
 constexpr int known_finest = 11, first_mask = 3, first_surprise = 7;
 
 constexpr int known_at(int level) { return level == 1 ? known_finest : known; }

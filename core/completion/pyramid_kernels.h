@@ -25,7 +25,7 @@ struct PyramidKernels {
     /// Features of blocks with sides of `side` pixels: inputs 1 to 7, given the gray in input 0. Writes the gray to
     /// `corrected`, replaced by the traced means where these are better.
     void (*know)(ConstRows sums, Rows inputs, float* corrected, float side, int width);
-    /// For level 1: inputs 1 and 2, and the phases of the mask, inputs 3 to 6. `shown` as in the sums.
+    /// The same for level 1: inputs 1 and 2, and the phases of the mask, inputs 3 to 6. `shown` as in the sums.
     void (*know_finest)(PixelRows pixels, Rows inputs, float* corrected, float* shown, int width);
     /// The maxima of 3x3 pixels of a plane with a border of zeros. Multiplied by the coarser level's row, each pixel
     /// twice.

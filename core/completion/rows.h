@@ -34,12 +34,12 @@ inline Stretch joined(std::span<const Stretch> rows, int begin, int end) {
     return all;
 }
 
-/// Extended to multiples of `columns`; by default, to whole vectors of any instruction set.
+/// A stretch extended to multiples of `columns`; by default, to whole vectors of any instruction set.
 constexpr Stretch aligned(Stretch some, int columns = max_lanes) {
     return {some.begin / columns * columns, (some.end + columns - 1) / columns * columns};
 }
 
-/// Clipped to `count` columns.
+/// A stretch clipped to `count` columns.
 constexpr Stretch within(Stretch some, int count) { return {some.begin, std::min(some.end, count)}; }
 
 /// A row of one or more planes, with offsets to its neighbours.

@@ -31,7 +31,7 @@ constexpr int bisections = 4;
 /// Where a curve turns by more within a pixel, or meets another, half pixels resolve it.
 constexpr float sharp_degrees = 20;
 
-/// In pixels: a twentieth of a thin stroke.
+/// Tolerance of curves in pixels: a twentieth of a thin stroke.
 constexpr float tolerance_of_curves = 0.05f;
 
 /// Faces that meet at a smaller angle meet smoothly: borders of CAD faces agree to a degree.
@@ -57,8 +57,8 @@ struct Sight {
 
 class Finder {
 public:
-    /// Of the rows from `begin` to `end`. With a `pixel` above 1, it is the side of squares that are treated as pixels; then half pixels are
-    /// left out, where curves meet, end or turn.
+    /// Finds edges in the rows from `begin` to `end`. A `pixel` above 1 is the side of squares that are treated as pixels, without the half
+    /// pixels where curves meet, end or turn.
     Finder(const Scene& scene, const Camera& camera, int height, int width, bool smooth, int begin, int end, int pixel = 1)
         : scene_(scene), projection_(camera, height, width), begin_(static_cast<float>(begin)), pixel_(static_cast<float>(pixel)),
           rows_(2 * ((end - begin + pixel - 1) / pixel) + 3), columns_(2 * ((width + pixel - 1) / pixel) + 3), smooth_(smooth), resolves_(pixel == 1),
@@ -266,7 +266,7 @@ private:
         }
     }
 
-    /// Half an interval between pixels, or half of such a half, by its first end.
+    /// A half or a quarter of an interval between pixels, by its first end.
     [[nodiscard]] std::uint64_t key(Spot a, Spot b) const { return 2 * static_cast<std::uint64_t>(index(a)) + (a.row == b.row ? 0 : 1); }
 
     /// The number of the crossing within half a pixel, if any.

@@ -78,7 +78,7 @@ constexpr T unzigzagged(T value) {
 /// A column of float32 of low byte first, in rows of `stride` bytes, to one of (rows, width).
 void read_floats(const std::uint8_t* from, std::size_t stride, std::size_t rows, double* to, std::size_t width);
 
-/// Leading rows of a byte 3 and three indices of 32 bits, within the data. Returns how many. to: (rows, 3).
+/// Reads the leading rows that consist of a byte 3 and three indices of 32 bits, within the data. Returns their number. to: (rows, 3).
 std::size_t read_triples(Bytes bytes, std::size_t rows, bool is_big, std::int32_t* to);
 
 }  // namespace bob::files

@@ -143,7 +143,7 @@ struct Primitive {
     int surface = -1;
 };
 
-/// Where the joints of a skin move its mesh.
+/// The matrices by which a skin's joints move its mesh.
 using Joints = std::vector<Rows>;
 
 /// The reading of one file.

@@ -19,7 +19,7 @@
 
 namespace bob::files {
 
-/// Calls f(), whose std::invalid_argument then says where it happened.
+/// Calls f(), and adds the place to the message of a std::invalid_argument.
 template <class F>
 auto at_place(std::string_view place, F f) -> decltype(f()) {
     try {
@@ -49,7 +49,7 @@ constexpr std::uint64_t max_items = sizeof(void*) > 4 ? 100'000'000 : 50'000'000
 /// The content of a "data:" URI; nothing of another URI. Throws std::invalid_argument if its base64 is invalid.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri);
 
-/// An array of vectors, of which `width` numbers each are of interest.
+/// An array of vectors; `width` numbers of each are used.
 struct Accessor {
     std::size_t count = 0;
     int width = 1;        // numbers of each element
@@ -62,7 +62,7 @@ struct Accessor {
     [[nodiscard]] bool is_float() const { return component == 5126; }
 };
 
-/// Makes integers in place those of -1..1 or 0..1.
+/// Scales integers in place to -1..1 or 0..1.
 void normalize(Numbers<double>& values, int component);
 
 /// The document, whose lists, indices and sizes are checked when it is made.
@@ -80,7 +80,7 @@ public:
 
     [[nodiscard]] const Accessor& accessor(JsonValue number) const;
 
-    /// An accessor's numbers, `width` of each element, those that are normalized in 0..1 or -1..1. The caller counts them first.
+    /// An accessor's numbers, `width` of each element; normalized integers in 0..1 or -1..1. The caller counts them first.
     [[nodiscard]] Numbers<double> numbers(const Accessor& accessor, int width) const;
     /// An accessor's unsigned integers; those beyond 2^31 - 1 are -1.
     [[nodiscard]] Numbers<std::int32_t> indices(const Accessor& accessor) const;

@@ -84,7 +84,7 @@ int GltfSurfaces::made(JsonValue material, const std::function<bool(int)>& has) 
     if (mode == "BLEND") {
         surface.opacity = Opacity::translucent;
     } else if (mode == "MASK") {
-        // The factor's alpha divides what the product of the others is compared with.
+        // Instead of multiplying every alpha by the factor's, divide the cutoff by it.
         const double cutoff = std::max(near(material["alphaCutoff"], 0.5), 0.0), alpha = factors.size() == 4 ? clamped(factors[3], 1) : 1;
         if (alpha > 0 || cutoff > 0) {
             surface.opacity = Opacity::cutout;
@@ -150,7 +150,7 @@ Layer GltfSurfaces::layer(JsonValue info, std::vector<UvSet>& sets, const std::f
     return result;
 }
 
-/// The number in the contents of a texture's image; -1 if it was left out, of which a warning tells once.
+/// The number in the contents of a texture's image; -1 if it was left out, with a warning the first time.
 int GltfSurfaces::image(JsonValue info) {
     const JsonValue texture = data_.item("textures", info["index"]), extensions = texture["extensions"];
     JsonValue source = texture["source"];

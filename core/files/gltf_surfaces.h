@@ -41,7 +41,7 @@ public:
 private:
     int made(JsonValue material, const std::function<bool(int)>& has);
     void shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has);
-    /// has_mean: whether the image matters without coordinates too.
+    /// has_mean: whether the image is needed even without texture coordinates.
     Layer layer(JsonValue info, std::vector<UvSet>& sets, const std::function<bool(int)>& has, bool has_mean = false);
     int image(JsonValue info);
     int added(JsonValue image, const std::string& label);

@@ -49,7 +49,7 @@ std::string path_of(std::string_view name) {
     return path;
 }
 
-/// In the folder of another file, unless it begins at a root.
+/// The path, resolved in the folder of another file unless it begins at a root.
 std::string in_folder_of(std::string_view file, const std::string& path) {
     const std::size_t folder = file.rfind('/');
     const bool is_absolute = path.starts_with('/') || (path.size() > 1 && path[1] == ':');

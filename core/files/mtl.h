@@ -26,8 +26,8 @@ struct MtlMaterial {
 
 using MtlMaterials = std::map<std::string, MtlMaterial, std::less<>>;
 
-/// The materials of libraries by their names. lines: what follows each mtllib, perhaps several names. A library that can't be read
-/// is a warning. Empty while the beside is waiting.
+/// The materials of libraries by their names. lines: the text after each mtllib, perhaps several names. A library that can't be read
+/// becomes a warning. Empty while `beside` waits for a file.
 [[nodiscard]] MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std::vector<std::string>& warnings);
 
 }  // namespace bob::files

@@ -197,7 +197,7 @@ Header read_header(std::string_view text) {
     return with(type, [&](auto value) { return static_cast<double>(load<decltype(value)>(bytes, is_big)); });
 }
 
-/// Where a property of each row goes: a column of (rows, width), or a list's numbers.
+/// The destination of a property of each row: a column of (rows, width), or a list's numbers.
 struct Target {
     double* column = nullptr;
     std::size_t width = 1;

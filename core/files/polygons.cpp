@@ -101,7 +101,7 @@ public:
     [[nodiscard]] bool is_spent() const { return spent_ >= budget; }
 
 private:
-    /// Where a corner is; null if nowhere.
+    /// The coordinates of a corner; null if it does not exist.
     [[nodiscard]] const double* place(std::int32_t corner) const {
         if (!points_.empty()) corner = points_[static_cast<std::size_t>(corner)];
         if (corner < 0 || 3 * static_cast<std::size_t>(corner) >= vertices_.size()) return nullptr;

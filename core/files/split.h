@@ -9,8 +9,8 @@
 
 namespace bob::files {
 
-/// The triangles of each group 0..count-1, in their order, and the vertices that they use: linear time in the part's size. groups: (T,),
-/// of which others are left out.
+/// The triangles of each group 0..count-1, in their order, and the vertices that they use: linear time in the part's size. groups: (T,);
+/// triangles of other groups are left out.
 [[nodiscard]] std::vector<Part> split(const Part& whole, std::span<const std::int32_t> groups, std::size_t count);
 
 /// Rows (n, width) by their numbers; NaN where there is no such row.

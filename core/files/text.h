@@ -89,7 +89,7 @@ public:
         rest_.remove_prefix(end);
         return word;
     }
-    /// What follows.
+    /// The unread rest of the line.
     [[nodiscard]] std::string_view rest() const { return rest_; }
 
 private:

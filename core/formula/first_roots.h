@@ -57,7 +57,7 @@ struct Along {
         F soonest;
         return with_slope(t, soonest);
     }
-    /// And the distance to the next jump, estimated from slopes.
+    /// Also returns in `soonest` the distance to the next jump, estimated from slopes.
     [[nodiscard]] Dual<F, 1> with_slope(F t, F& soonest) const {
         Domain domain;
         Dual<F, 1> p[3];

@@ -26,7 +26,7 @@ inline F copy_sign(F a, F b) {
 inline F minimum(F a, F b) { return is_nan(a) ? a : min(a, b); }
 inline F maximum(F a, F b) { return is_nan(a) ? a : max(a, b); }
 
-/// To the nearest integer, halves to even: below 2^23, adding and subtracting 2^23 rounds.
+/// Rounds to the nearest integer, halves to even: below 2^23, adding and subtracting 2^23 rounds.
 inline F round(F a) {
     const F shift = copy_sign(constant(0x1p23f), a);
     return abs(a) < constant(0x1p23f) ? copy_sign((a + shift) - shift, a) : a;

@@ -53,7 +53,7 @@ public:
         Known nothing;
         return (*this)(p, nothing);
     }
-    /// Also the gradient, a unit vector; zero if the distance is NaN or infinite.
+    /// Also returns the gradient, a unit vector; zero if the distance is NaN or infinite.
     double operator()(const Point& p, Known& known, Point& gradient) const;
 
     /// Bounds of the gradient's components over the ball of `radius` around `center`, given the distance of `center`.

@@ -14,8 +14,8 @@ namespace bob {
 /// points whose turned coordinates lie in that sector. Its values at points are meaningless.
 using Sectors = std::vector<Expression>;
 
-/// The sectors of f, or of each of several formulas whose minimum it is. Nothing where f has no turn, or so many that it
-/// takes too long.
+/// The sectors of f, or of each of several formulas whose minimum it is. Empty if f has no turn, or too many to
+/// split in acceptable time.
 [[nodiscard]] std::vector<Sectors> in_sectors(const Expression& f);
 
 }  // namespace bob

@@ -42,7 +42,7 @@ public:
     /// The pixels to trace next, at most `count`. At rest, waiting ones come first, then noisy ones.
     [[nodiscard]] std::vector<Wanted> next(std::size_t count);
 
-    /// Of a camera's paths.
+    /// The seed of this camera's paths.
     [[nodiscard]] std::uint64_t seed() const { return is_at_rest_ ? seed_ : seed_ + moves_; }
 
     /// Traces paths through pixels of a picture; their light is passed to `add`, possibly in another module.

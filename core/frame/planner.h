@@ -69,7 +69,7 @@ public:
     [[nodiscard]] double for_tracing(Mode mode, Completion completion, double seconds) const;
     /// Seconds to complete a picture; 0 before the first measurement.
     [[nodiscard]] double for_completing(Completion completion) const;
-    /// For calls of the tracer.
+    /// The measured pace of a mode, for calls of the tracer.
     [[nodiscard]] const Pace& pace(Mode mode) const { return paces_[index(mode)]; }
 
 private:

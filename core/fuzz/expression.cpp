@@ -43,7 +43,7 @@ bob::Expression formula(fuzz::Source& source) {
     return bob::Expression(std::move(nodes));
 }
 
-/// As graphs hold it.
+/// The expression as a graph stores it.
 bob::Expression simplified(const bob::Expression& f) {
     bob::Graph graph;
     return graph.expression(graph.copy(f));

@@ -52,7 +52,7 @@ std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std:
     return rest;
 }
 
-/// Of a picture of any values, traced round by round.
+/// Checks an order on a picture of any values, traced round by round.
 void in_rounds(fuzz::Source& source, bob::RoundOrder& order) {
     const std::uint32_t height = order.height(), width = order.width();
     const bob::Layout& layout = bob::gbuffer_layout();

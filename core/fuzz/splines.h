@@ -40,7 +40,7 @@ inline bool are_knots(const std::vector<double>& knots, int count, int degree) {
     return knots[p] < knots[n];
 }
 
-/// Points with a number each behind them that is above 0, and in a plane sometimes, or all the same.
+/// Points and their weights, usually positive; some draws lie on a coarse grid, or have equal weights.
 template <std::size_t N>
 std::vector<bob::Homogeneous<N>> points(Source& source, std::size_t count) {
     std::vector<bob::Homogeneous<N>> result(count);

@@ -60,7 +60,7 @@ private:
         tensor(source, name + ".bias", {out}, changed == count + 1);
     }
 
-    /// As many values as the shape says, which repeat a few.
+    /// Writes a tensor of repeated values, in the number that its shape requires.
     void tensor(fuzz::Source& source, std::string name, std::vector<int> shape, bool changed) {
         if (changed && source.flag()) name += static_cast<char>(source.byte());
         if (changed && source.flag()) shape.resize(source.below(6), 1);

@@ -11,7 +11,7 @@
 namespace bob {
 namespace {
 
-/// From such differences between neighbours on, there is an edge between them.
+/// Minimum differences between neighbours on both sides of an edge.
 constexpr float unlike_depth = 0.02f, unlike_normal = 0.3f, unlike_albedo = 0.1f;
 
 /// Squared pixels that a difference of 1 in depth, normal or albedo counts for, where light is taken from a neighbour.

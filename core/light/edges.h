@@ -10,7 +10,7 @@
 namespace bob {
 
 /// A first hit as numbers in the order of its planes. `behind` is 1 for surfaces seen in a smooth mirror or through glass; their depth is
-/// that of the unfolded path.
+/// measured along the unfolded path.
 namespace first_hit {
 enum : std::size_t { mask, depth, normal_x, normal_y, red, green, blue, ground, ground_depth, behind, count };
 }

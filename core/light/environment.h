@@ -15,7 +15,7 @@ public:
     /// texels: (height, width), linear RGB of at least 0, finite. Throws std::invalid_argument if it is larger than `most_texels`.
     Environment(std::span<const Vec3> texels, int height, int width);
 
-    /// In a direction of unit length, bilinear.
+    /// The radiance from a direction of unit length, bilinear.
     [[nodiscard]] Vec3 radiance(Vec3 toward) const;
 
     /// A direction drawn by how bright texels are, and its density over the sphere; 0 of a black environment.

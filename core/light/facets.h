@@ -9,22 +9,22 @@
 
 namespace bob {
 
-/// In coordinates where z is along the shading normal, and directions from the surface have a z above 0.
+/// Trowbridge-Reitz microfacets. Coordinates have z along the shading normal; directions from the surface have a z above 0.
 class Facets {
 public:
     explicit Facets(float alpha) : alpha_(alpha) {}
 
-    /// Of a highlight, in radians or so.
+    /// Width of a highlight, roughly in radians.
     [[nodiscard]] float width() const { return alpha_; }
 
-    /// Of facets in a direction.
+    /// Density of facets with this normal (GGX).
     [[nodiscard]] float distribution(Vec3 half) const {
         const float a2 = alpha_ * alpha_, x = half.x * half.x + half.y * half.y + a2 * half.z * half.z;
         return half.z > 0 ? a2 / (pi * x * x) : 0;
     }
-    /// Which share of the facets is seen from a direction of that height.
+    /// The share of the facets visible from a direction with this z.
     [[nodiscard]] float masking(float z) const { return 1 / (1 + hidden(z)); }
-    /// Facets seen and lit at once, relative to the product of both shares: height-correlated masking.
+    /// Facets both visible and lit, relative to the product of both shares: height-correlated masking.
     [[nodiscard]] float joint(float eye, float light) const { return (1 + hidden(eye)) * (1 + hidden(light)) / (1 + hidden(eye) + hidden(light)); }
 
     /// A visible facet: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
@@ -34,7 +34,7 @@ public:
         const Vec3 half = Vec3{ring * std::cos(angle), ring * std::sin(angle), z} + stretched;
         return normalized({alpha_ * half.x, alpha_ * half.y, half.z});
     }
-    /// Of the directions that are mirrored in such facets.
+    /// Density of directions reflected by facets that `draw` returns.
     [[nodiscard]] float density(Vec3 half, Vec3 eye) const { return distribution(half) * masking(eye.z) / (4 * eye.z); }
 
 private:

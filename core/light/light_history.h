@@ -34,7 +34,7 @@ public:
         float change;  // maximum change of luminance per radian of view direction
         std::uint32_t paths;
 
-        /// From the means of paths, in the layout's order.
+        /// Makes a pixel from the means of its paths, in the layout's order.
         static Traced of(const float* means, float change, std::uint32_t paths);
     };
 

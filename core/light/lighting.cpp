@@ -30,7 +30,7 @@ constexpr int most_surfaces = 8;
 constexpr int most_in_glass = 32;
 constexpr float least_throughput = 1e-3f;
 
-/// Of the squared roughness: smoother mirrors and glass show things.
+/// Limits of the squared roughness: smoother mirrors and glass show images.
 constexpr float smooth = 0.02f, smoothest = 1e-3f;
 
 float squared_roughness(const Material& material) {
@@ -66,7 +66,7 @@ const Material& ground_material() {
     return material;
 }
 
-/// Where a ray enters a sphere somewhat larger than the scene's, at least 0; below 0 where it passes by.
+/// The t where a ray enters a sphere somewhat larger than the scene's, at least 0; negative if the ray misses it.
 float entry(const Ray& ray) {
     constexpr double squared_radius = 1.02;
     double along = 0, squared = 0, from_centre = 0;
@@ -81,7 +81,7 @@ float entry(const Ray& ray) {
     return static_cast<float>((along - std::sqrt(inside)) / squared);
 }
 
-/// Of the densities of two ways to draw the same direction: the share of the first.
+/// The balance heuristic: the first density's share of two ways to draw the same direction.
 float share_of(float own, float other) { return std::isinf(own) ? 1 : own / (own + other); }
 
 }  // namespace
@@ -98,7 +98,7 @@ struct Lighting::Met {
     const Material* material = nullptr;
 };
 
-/// In a picture; pixels' centres are at whole numbers.
+/// A place in a picture; pixel centres are at whole numbers.
 struct Lighting::Place {
     float row, column;
 };
@@ -161,7 +161,7 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
         m.start = errors_[m.instance];
         m.point = ray.origin + hits[j].t * ray.direction;
         m.face = faces[j], m.normal = normals[j], m.color = product(m.material->base_color(), colors[j]);
-        // Of a face without an area, and of a formula without a slope, the ray's own direction.
+        // A face without an area and a formula without a slope face the ray.
         if (dot(m.face, m.face) == 0) m.face = -normalized(ray.direction);
         if (dot(m.normal, m.normal) == 0) m.normal = m.face;
     }
@@ -216,7 +216,7 @@ Lighting::Lighting(const Scene& scene, Lights lights)
             const double angle = 2 * 3.14159265358979323846 * (column + 0.5) / columns;
             const Vec3 toward{static_cast<float>(ring * std::cos(angle)), static_cast<float>(ring * std::sin(angle)), static_cast<float>(z)};
             sum += z * static_cast<double>(luminance(sky.radiance(toward))), weights += z;
-            if (!sky.environment) break;  // alike all around
+            if (!sky.environment) break;  // equal in all azimuths
         }
     }
     ground_light_ = static_cast<float>(sum / weights);
@@ -268,7 +268,7 @@ public:
         rays_.clear(), paths_.clear(), widths_.clear(), wants_.clear();
     }
 
-    /// From a place in the picture, for the next slot.
+    /// Starts a path at a place in the picture, in the next slot.
     void add(float row, float column, const PixelSequence& sequence) {
         const auto slot = static_cast<std::uint32_t>(sequences_.size());
         sequences_.push_back(sequence), places_.push_back({row, column});
@@ -653,7 +653,7 @@ void Lighting::look_behind(const Projection& projection, std::span<const Place> 
                 continue;
             }
             if (surface == 0) continue;
-            // Of the sky all is known: the light that is left to complete is white.
+            // The sky is fully known, so the remaining light to complete is white.
             const Vec3 radiance = lights_.radiance(normalized(rays[k].direction));
             const Vec3 own = met.kind == Met::sky ? Vec3{std::min(1.f, radiance.x), std::min(1.f, radiance.y), std::min(1.f, radiance.z)} : met.color;
             const Vec3 tint = product(on.tint, own);

@@ -26,7 +26,7 @@ struct Draws {
 
 class Lighting {
 public:
-    /// The scene is in the unit sphere, and lives longer.
+    /// The scene must be in the unit sphere, and outlive this object.
     Lighting(const Scene& scene, Lights lights);
 
     /// Writes the means of `draws.count` paths through each pixel. `samples` is (n,

@@ -13,10 +13,10 @@ namespace bob {
 /// A disc at infinity, such as the sun or a soft box.
 struct DiscLight {
     Vec3 direction;  // towards its centre, unit length
-    float height;    // of the cap that it covers of the unit sphere: 1 - cos of half its angle; 0 of a point
+    float height;    // of the cap that it covers on the unit sphere: 1 - cos of half its angle; 0 for a point
     Vec3 color;      // linear RGB of a white, rough surface that faces it
 
-    /// Of the disc itself; of a point it is infinite, and not asked for.
+    /// Radiance of the disc. A point light's would be infinite: call this for discs only.
     [[nodiscard]] Vec3 radiance() const { return (1 / (height * (2 - height))) * color; }
     /// Whether it is seen in a direction of unit length.
     [[nodiscard]] bool covers(Vec3 toward) const {

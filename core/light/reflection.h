@@ -11,7 +11,7 @@
 
 namespace bob {
 
-/// In coordinates where z is the shading normal, and `eye` points to the ray's origin.
+/// Reflection of a surface, in coordinates where z is the shading normal and `eye` points to the ray's origin.
 ///
 /// The body receives the light that facets do not reflect. Facets are scaled to compensate for multiple scattering, so a white surface
 /// in a white environment is white (Fdez-Aguera, "A Multiple-Scattering Microfacet Model", JCGT 2019).

@@ -10,14 +10,14 @@
 
 namespace bob {
 
-/// Of a word, so that near words have unlike hashes (the finaliser of MurmurHash3).
+/// Hash of a word; close words have unrelated hashes (the finaliser of MurmurHash3).
 constexpr std::uint32_t hashed(std::uint32_t x) {
     x = (x ^ x >> 16) * 0x85ebca6b;
     x = (x ^ x >> 13) * 0xc2b2ae35;
     return x ^ x >> 16;
 }
 
-/// Of one after the other.
+/// Hash of a sequence, word by word.
 constexpr std::uint32_t hashed(std::uint32_t seed, std::uint32_t next) { return hashed(seed * 0x9e3779b1u ^ hashed(next + 0x7f4a7c15u)); }
 
 constexpr std::uint32_t reversed_bits(std::uint32_t x) {
@@ -56,7 +56,7 @@ private:
     using Columns = std::array<std::array<std::uint32_t, 32>, dimensions>;
     static constexpr Columns columns = [] {
         Columns v{};
-        // Of each dimension but the first: the degree of its primitive polynomial, its inner coefficients, its first numbers.
+        // For each dimension but the first: the degree of its primitive polynomial, its inner coefficients, its first numbers.
         struct Primitive {
             std::size_t degree;
             std::uint32_t inner;
@@ -80,10 +80,10 @@ private:
     }();
 };
 
-/// Numbers in 0..1, below 1, of a pixel's samples.
+/// Numbers in [0, 1) for the samples of a pixel.
 class PixelSequence {
 public:
-    /// Of a sample of a pixel, by the picture's seed.
+    /// The sequence of one sample of a pixel, from the picture's seed.
     PixelSequence(std::uint64_t seed, std::uint32_t row, std::uint32_t column, std::uint32_t sample)
         : seed_(hashed(hashed(hashed(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)), row), column)), sample_(sample) {}
 

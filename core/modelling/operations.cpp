@@ -428,7 +428,7 @@ void add_operations_in(std::vector<Word>& words) {
     operation("difference", {a, bs, k}, subtract<n>, "The first shape without the others; k rounds the cuts' edges.");
     operation("intersection", {a, bs, k}, intersect<n>, "All points in every one of the shapes; k rounds the edges.");
     operation("blend", {a, bs, with_default("k", number, 0.5)}, blend<n>,
-              "A mean of the shapes' distances, the next one counting k, those before it 1 - k.");
+              "A weighted mean of distances: k for each next shape, 1 - k for the result so far.");
     operation("negate", {other}, negate<n>, "Inside out.");
     operation("dilate", {other, r}, dilate<n>, "Grown by r on all sides, which rounds corners.");
     operation("erode", {other, r}, erode<n>, "Shrunk by r on all sides.");

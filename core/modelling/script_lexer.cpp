@@ -77,7 +77,7 @@ void Lexer::advance(std::size_t bytes) {
     }
 }
 
-/// Length in bytes of a line break at the current place, 0 if there is none.
+/// Length in bytes of a line break at the current place, else 0.
 std::size_t Lexer::line_break() const {
     if (peek() == '\n') return 1;
     if (peek() == '\r') return peek(1) == '\n' ? 2 : 1;

@@ -145,7 +145,7 @@ void add_shapes_2d(std::vector<Word>& words) {
 
     shape("circle", {with_default("radius", number, 1.0), center}, ball<2>, "A disk.");
     shape("line", {with_default("normal", Type::vector, up_2d), with_default("point", Type::vector, origin_2d)}, line,
-          "Half of the plane: the side of the point that the normal leads to.");
+          "Half of the plane: the side that the normal points to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),
            optional("k", number)},

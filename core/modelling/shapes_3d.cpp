@@ -211,7 +211,7 @@ void add_shapes_3d(std::vector<Word>& words) {
 
     shape("sphere", {with_default("radius", number, 1.0), center}, ball<3>, "A ball.");
     shape("plane", {with_default("normal", Type::vector, up_3d), with_default("point", Type::vector, origin_3d)}, plane,
-          "Half of space: the side of the point that the normal leads to.");
+          "Half of space: the side that the normal points to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
            optional("y1", number), optional("z1", number), optional("k", number)},

@@ -49,7 +49,7 @@ public:
     [[nodiscard]] Vector<n> size(std::string_view name) const;
     template <std::size_t n>
     [[nodiscard]] Vector<n> nonzero_size(std::string_view name) const;
-    /// Of length 1.
+    /// A vector, scaled to length 1.
     template <std::size_t n>
     [[nodiscard]] Vector<n> direction(std::string_view name) const;
     template <std::size_t n>
@@ -242,8 +242,8 @@ inline Value eased(const Expression& easing, Value t) {
 /// The distance between a and b within which their edge is rounded: the argument k, 0 if omitted.
 double smoothness(const Arguments& arguments);
 
-/// The maximum of a and b, rounded where they differ by less than k: the basis of intersections. If only one of two
-/// shapes has a colour, both do: the other only cuts.
+/// The maximum of a and b, rounded where they differ by less than k: the basis of intersections. If only one of the two
+/// shapes has a colour, the result has it: the other shape only cuts.
 Value smooth_max(Value a, Value b, double k);
 Colored smooth_max(const Colored& a, const Colored& b, double k);
 

@@ -133,7 +133,7 @@ std::array<double, 2> extremes(const NurbsSurface& surface, std::span<const Trim
     std::vector<LoopPiece> pieces;
     for (const TrimLoop& loop : loops) std::ranges::move(pieces_of(loop), std::back_inserter(pieces));
     if (loops.empty()) {
-        // Of each span, so that no extreme is between samples.
+        // One piece for each span, so that no extreme is between samples.
         for (const double at_v : {v.front(), v.back()}) {
             for (std::size_t i = 0; i + 1 < u.size(); ++i) pieces.push_back({0, 1, {{u[i], at_v, 1}, {u[i + 1], at_v, 1}}});
         }

@@ -146,7 +146,7 @@ private:
 
 constexpr int looked = 16;  // points of a piece, between which it crosses a knot at most once, and of a polygon
 
-/// Where a piece crosses knots, and its ends.
+/// The parameters where a piece crosses knots, and its ends.
 std::vector<double> breaks_of(const LoopPiece& piece, const Lines& lines) {
     std::vector<double> result{0, 1};
     std::array<At, looked + 1> points;

@@ -18,10 +18,10 @@
 namespace bob {
 namespace {
 
-// In sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision); hits on the border are off by
-// less. Curves near it are moved clearly past both.
+// Distances from the border, in sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision), hits
+// on the border by less. Curves near the border are moved clearly past both.
 constexpr double near_border = 1e-6, beyond_border = 1e-3;
-// In sizes of the domain: ends closer than this are equal.
+// Ends closer than this, in sizes of the domain, are equal.
 constexpr double closed = 1e-9;
 
 using Points = std::vector<Homogeneous<2>>;  // control points of a Bezier curve

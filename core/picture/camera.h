@@ -164,7 +164,7 @@ public:
         return {right_in_double_, up_in_double_, toward_in_double_, origin, pixel_};
     }
 
-    /// For loops over many points.
+    /// The projection's constants, for loops over many points.
     [[nodiscard]] Eye eye() const {
         Eye eye{right_, up_, toward_, {pan_x_, pan_y_, 2}, 0.5f * rows_ - 0.5f, 0.5f * columns_ - 0.5f, 1 / pixel_,
                 1.5f, 0.5f, 0.5f * pixel_, 0, in_perspective_};

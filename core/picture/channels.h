@@ -57,7 +57,7 @@ inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alph
 
 }  // namespace channels
 
-/// From the two components of the channel `normal`.
+/// The unit normal with the two components of the channel `normal`.
 inline Vec3 whole_normal(float x, float y) { return {x, y, std::sqrt(std::max(0.f, 1 - x * x - y * y))}; }
 
 /// The channels of an array, in order: planes (width, H, W), or samples (n, width).
@@ -65,7 +65,7 @@ class Layout {
 public:
     Layout(std::initializer_list<Channel> channels) : channels_(channels) {}
 
-    /// From names separated by commas. Throws std::invalid_argument if a channel does not exist.
+    /// Reads names separated by commas. Throws std::invalid_argument if a channel does not exist.
     explicit Layout(std::string_view names) {
         for (std::size_t begin = 0; begin <= names.size();) {
             const std::size_t end = std::min(names.find(',', begin), names.size());

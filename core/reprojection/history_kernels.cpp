@@ -236,7 +236,7 @@ std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* em
 }
 
 void smooth(const float* shades, const float* right, const float* down, std::int32_t stride, float* to, std::int32_t width) {
-    // Smaller differences are invisible, and most pixels differ by less.
+    // Smaller differences are invisible, and common.
     const F least = constant(1 / 32.f), one = constant(1);
     for (std::int32_t x = 0; x < width; x += lanes) {
         const F own = load<F>(shades + x);

@@ -51,7 +51,7 @@ struct Surfaces {
 /// The discs of nearby points at each cell. First the nearest depth, at least -1, and bits of the octants with disc
 /// centres of the same surface.
 ///
-/// In the end: the depth below which points are occluded, and -1 or 0 for whether the cell is inside its surface.
+/// The kernel replaces these by the depth below which points are occluded, and -1 or 0 for whether the cell is inside its surface.
 /// Inside, the centres lie on several sides; at a silhouette, all lie on one.
 struct Covers {
     float* nearest;

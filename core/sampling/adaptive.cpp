@@ -143,7 +143,7 @@ void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t lea
     const auto [pixels, at] = children(pixel);
     if (at.octave < 0) return;  // all children precede it in the lattice
     if (is_inside(pixel, 2 * at.step())) {
-        // So are all children and their corners. Index offsets make the decision a quarter faster than coordinates.
+        // All children and their corners are inside, too. Index offsets make the decision a quarter faster than coordinates.
         const auto steps = distances_around(at);
         for (const std::uint32_t step : steps) {
             const std::uint32_t child = index_of(pixel) + step;

@@ -88,7 +88,7 @@ private:
     [[nodiscard]] bool is_inside(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) < height_ && static_cast<std::uint32_t>(pixel.column) < width_;
     }
-    /// And at least `by` pixels from the border.
+    /// Whether the pixel is in the picture and at least `by` pixels from its border.
     [[nodiscard]] bool is_inside(Pixel pixel, std::int32_t by) const {
         return is_inside({pixel.row - by, pixel.column - by}) && is_inside({pixel.row + by, pixel.column + by});
     }

@@ -63,7 +63,7 @@ public:
           x_(plane(layout, planes, pixels, channels::normal, 0)), y_(plane(layout, planes, pixels, channels::normal, 1)),
           red_(plane(layout, planes, pixels, channels::color, 0)), pixels_(pixels) {}
 
-    /// Of a traced pixel.
+    /// The look of a traced pixel.
     [[nodiscard]] Look operator()(std::size_t i) const {
         const auto shown = [i](const float* plane, const Channel& channel) {
             return static_cast<std::uint8_t>(plane ? step(plane[i], channel) : 0);

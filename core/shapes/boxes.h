@@ -41,7 +41,7 @@ struct BoxKernels {
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
     /// Transforms the rays of `count` entrances, a multiple of `together`, by a map. Each starts at its point t = start.
-    /// To the bit as AffineMap; null in instruction sets with too few doubles per register.
+    /// The result equals AffineMap's to the bit. Null in instruction sets with too few doubles per register.
     static constexpr std::size_t together = 8;
     void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                          Ray* mapped);

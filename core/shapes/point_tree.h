@@ -16,7 +16,7 @@ class PointTree {
 public:
     using Point = std::array<double, 3>;
 
-    /// At least one point; all are finite.
+    /// Needs at least one point; all must be finite.
     explicit PointTree(std::vector<Point> points);
 
     /// The lowest and highest coordinates of the points transformed by a map, exact to the bit. A sum of products

@@ -41,7 +41,7 @@ class Shape {
 public:
     virtual ~Shape() = default;
 
-    /// In the shape's units: the sphere that becomes the unit sphere in the coordinates of rays.
+    /// The sphere, in the shape's units, that becomes the unit sphere in the coordinates of rays.
     [[nodiscard]] const Sphere& sphere() const { return sphere_; }
 
     /// The lowest and highest coordinates of the shape, mapped from its own units.
@@ -71,8 +71,8 @@ public:
     /// The geometric normal at each hit, if shading uses another: unit length, facing the ray's origin.
     virtual void face_normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const { this->normals(rays, hits, normals); }
 
-    /// The maximum distance of a hit point from the surface, for ray origins within a few sizes. In the coordinates of
-    /// rays. A ray that starts at this distance above it does not hit it again.
+    /// The maximum distance of a hit point from the surface, in the coordinates of rays, for origins within a few sizes.
+    /// A ray that starts at this distance above the surface does not hit it again.
     [[nodiscard]] virtual float hit_error() const { return 1e-5f; }
 
     /// Whether it has colours; otherwise it is white.

@@ -98,7 +98,7 @@ Solid find_solid(const Shape& shape, std::size_t parts, std::span<const Ray> lin
     Solid solid;
     solid.is_closed = met > 0 && 100 * odd <= met;
     solid.turned.resize(parts);
-    // Of parts that overlap, lines through both count wrongly: only a clear majority turns a part.
+    // Lines through overlapping parts count wrongly, so only a clear majority turns a part.
     for (std::size_t part = 0; part < parts; ++part) solid.turned[part] = differ[part] > 2 * agree[part];
     for (const auto& line : crossings) {
         int depth = 0;

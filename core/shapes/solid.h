@@ -33,7 +33,7 @@ struct Solid {
     [[nodiscard]] bool is_entered(const Side& side) const { return side.is_front != (!turned.empty() && turned[side.part]); }
 };
 
-/// From lines that cross all parts. Each begins outside the unit sphere and has a direction of length 1.
+/// Finds the outside by lines that cross all parts. Each begins outside the unit sphere and has a direction of length 1.
 [[nodiscard]] Solid find_solid(const Shape& shape, std::size_t parts, std::span<const Ray> lines, const SidesOf& sides);
 
 /// A line through a point of the unit sphere, which turns with `number` about a normal of any length.

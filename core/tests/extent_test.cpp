@@ -22,7 +22,7 @@ bob::Expression balls(Graph& g) {
     return g.expression(max(min(ball(g, 0.4, 0, 0, 0.5), ball(g, -0.3, 0.2, 0.1, 0.6)), -ball(g, 0.6, 0, 0.2, 0.4)));
 }
 
-/// The most of f at the corners of the boxes that are left when each cell of the surface is halved down to the tolerance.
+/// The maximum of f at the corners of the boxes that remain when each cell of the surface is halved down to the tolerance.
 template <class F>
 double most_of_all(const bob::Cells& cells, F f) {
     const bob::FormulaKernels& kernels = bob::best_formula_kernels();

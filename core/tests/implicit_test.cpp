@@ -120,7 +120,7 @@ TEST(codes_of_cells_are_the_formula_there_and_stand_once) {
 }
 
 TEST(cells_share_a_long_formula_of_which_each_needs_nearly_all) {
-    // |x| is x or -x in most of them.
+    // In nearly every cell, |x| is x or -x.
     const Cells few(expression([](bob::Graph&, Value x, Value y, Value z) { return abs(x) + square(y) + square(z) - 0.5; }));
     const Cells many(expression([](bob::Graph&, Value x, Value y, Value z) {
         Value sum = abs(x) + square(y) + square(z) - 0.5;

@@ -6,7 +6,7 @@
 namespace bob {
 namespace {
 
-/// In Python's notation for a tuple.
+/// The shape in Python's notation for a tuple.
 std::string text_of(std::span<const std::size_t> shape) {
     std::string text = "(";
     for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);

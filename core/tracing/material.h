@@ -18,8 +18,8 @@ struct Material {
     double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a negative roughness selects Blinn-Phong
     double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to reflected light
 
-    // Of glass, which light alone shows: the share of light that is not reflected by the body, the index of refraction, and the colour
-    // that white light has after a distance inside, in the scene's units.
+    // Glass, visible only under lights: the share of light that enters instead of being reflected diffusely, the index of refraction, and the
+    // colour of white light after a distance inside, in the scene's units.
     double transmission = 0, ior = 1.5;
     double attenuation[3] = {1, 1, 1};
     double attenuation_distance = std::numeric_limits<double>::infinity();
@@ -41,7 +41,7 @@ struct Light {
     Vec3 direction = normalized(light_direction);
     Vec3 half = normalized(direction + Vec3{0, 0, 1});  // halfway to the eye
 
-    /// For distant eyes, and everywhere in orthographic pictures.
+    /// The headlight for distant eyes, and at every pixel of orthographic pictures.
     static const Light& of_the_camera() {
         static const Light light;
         return light;
@@ -103,7 +103,7 @@ struct Shade {
     float gray;  // luminance before clamping, clamped
 };
 
-/// Of a surface with unit `normal` in screen space, the surface's `color` and a material.
+/// The shade of a surface from its unit `normal` in screen space, its `color` and a material.
 inline Shade shaded(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
     Shade shade;
     if (material.is_physical()) {

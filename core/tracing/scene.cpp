@@ -222,7 +222,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
         lowest_ = std::min(lowest_, instance.low.z);
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
-        // Of equal shapes in the same place, only the first is ever visible.
+        // If equal shapes coincide, only the first is ever visible.
         if (!places.insert({instance.shape.get(), instance.to_shape}).second) continue;
         boxes.push_back({instance.low, instance.high});
         visible.push_back(k);
@@ -258,7 +258,7 @@ struct Scene::Caps {
     std::vector<std::uint32_t> instance;  // whose cap is visible, if any
     std::vector<std::uint32_t> rank;      // of that instance
 
-    // Those of one instance that start inside its box.
+    // Rays of one instance that start inside its box.
     std::vector<Ray> entering;
     std::vector<Hit> met;
     std::vector<std::uint32_t> of;

@@ -54,7 +54,7 @@ public:
     /// The shading normal at each hit: unit length, facing the ray's origin; zero for a miss.
     void normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
-    /// Also the surface colour at each hit, linear RGB, without the material's; white for a miss. `widths` are pixel
+    /// The same, and the surface colour at each hit, linear RGB, without the material's; white for a miss. `widths` are pixel
     /// footprints, in lengths of the ray's direction.
     void normals_and_colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
                             std::span<Vec3> normals, std::span<Vec3> colors) const;

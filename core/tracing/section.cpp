@@ -14,10 +14,10 @@ constexpr double in_plane = 4e-6;
 /// Where a ray runs along a plane, it is shortened by at most this number of such distances.
 constexpr double most_shortened = 32;
 
-/// Of hatching: the distance of lines, in radii of the scene, their share of it, and how much they darken.
+/// Hatching: the distance between lines in radii of the scene, the line's share of it, and the darkening.
 constexpr float period = 1.f / 24, duty = 0.2f, darkness = 0.3f;
 
-/// Of lines of parts in turn.
+/// Hatch lines per `period`; part after part takes the next of these.
 constexpr float closeness[] = {1, 1, 1.6f, 1.6f, 0.7f, 0.7f};
 
 /// How much of 0..x lines cover that begin at whole numbers.

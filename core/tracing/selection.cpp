@@ -88,7 +88,7 @@ std::shared_ptr<const Mesh> cut(const Mesh& mesh, std::span<const CornerNormals>
     return made;
 }
 
-/// From a shape's own units to the coordinates of the scene.
+/// The map from a shape's own units to the coordinates of the scene.
 AffineMap to_scene(const Instance& instance) { return inverse(instance.to_shape) * to_unit_sphere(instance.shape->sphere()); }
 
 /// Rays along each side of a box: a ball's comes out 1e-5 too small.

@@ -28,7 +28,7 @@ struct Snap {
 };
 
 /// The nearest visible corner of an edge, middle of an edge, or centre of a visible circle; without one, the nearest visible edge. Not
-/// farther than `reach`, in pixels. Formulas and tubes have no edges, and caps of sections have none of their own.
+/// farther than `reach`, in pixels. Formulas, tubes and caps of sections have no edges.
 [[nodiscard]] std::optional<Snap> snap(const Scene& scene, const Camera& camera, int height, int width, float row, float column, float reach);
 
 }  // namespace bob

@@ -40,7 +40,7 @@ public:
     void operator()(int row) const;
 
 private:
-    /// From an offset in the planes on, for pixels of one material.
+    /// Shades `count` pixels of one material from (row, column) on.
     void shade(const Material& material, int row, int column, int count) const;
     void shade_alike(const Material& material, int row, int column, int count) const;
 

@@ -133,7 +133,7 @@ __version__: str
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version  # takes longer to import than most of the package
+        from importlib.metadata import version  # slow to import
 
         return version("bobrossnet")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

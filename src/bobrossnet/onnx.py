@@ -8,8 +8,8 @@ import os
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write a network and its weights as an ONNX file. Needs the [train] extra.
 
-    The graph maps `gbuffer`, (N, C, H, W) float32, to `gray`, (N, 1, H, W), for any N, H and W. The input planes are
-    those of `GBuffer.stack` that the network reads. The output is not clamped and also replaces the traced pixels:
+    The graph maps `gbuffer`, (N, C, H, W) float32, to `gray`, (N, 1, H, W), for any N, H and W. The input has those
+    planes of `GBuffer.stack` that the network reads. The output is not clamped and also replaces the traced pixels:
     restore these yourself.
 
     Parameters

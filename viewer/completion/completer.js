@@ -43,7 +43,7 @@ export class Completer {
   #createRival;
   /** Undefined before the request, null if unavailable. @type {Rival | null | undefined} */
   #rival;
-  /** By size. @type {Map<string, Trial>} */
+  /** Trials by size. @type {Map<string, Trial>} */
   #trials = new Map();
 
   /**
@@ -82,7 +82,7 @@ export class Completer {
     return gbuffer.image;
   }
 
-  /** With the network on the chosen backend. @param {GBuffer} gbuffer @param {Trial} trial */
+  /** Completes with the network on the chosen backend. @param {GBuffer} gbuffer @param {Trial} trial */
   async #fill(gbuffer, trial) {
     if (trial.state === "gpu" && await this.#fillOnGpu(gbuffer, trial)) return;
 

@@ -134,7 +134,7 @@ class BobViewElement extends Parent {
   #cutaway = WHOLE;
   /** @type {import("./handles.js").Handles | undefined} */
   #handles;
-  /** Of a change of the sections in progress. @type {Source} */
+  /** The source of a change of the sections in progress. @type {Source} */
   #cutBy = "none";
   /** @type {import("./parts.js").Parts | undefined} */
   #parts;
@@ -746,7 +746,7 @@ class BobViewElement extends Parent {
     this.dispatchEvent(new CustomEvent("pick", { detail }));
   }
 
-  /** Marks what a click would snap to. @param {PointerEvent} event */
+  /** Marks the point that a click snaps to. @param {PointerEvent} event */
   async #hover({ buttons, pointerType, offsetX: x, offsetY: y }) {
     const snaps = this.hasAttribute("snap") && buttons === 0 && pointerType === "mouse" && this.#viewing?.canSnap;
     this.#hovered = snaps ? { x, y } : undefined;

@@ -38,7 +38,7 @@ export function listen(element, motion, focus, signal) {
   const fingers = new Map();
   /** Recent centres of the fingers. @type {{x: number, y: number, time: number}[]} */
   let trail = [];
-  /** Where a touch began by which the page may still scroll; else NaN. */
+  /** Where a touch began, while the page may still scroll with it; else NaN. */
   let held = { x: NaN, y: NaN };
   /** @param {string} type @param {(event: any) => void} handle @param {AddEventListenerOptions} [options] */
   const on = (type, handle, options) => element.addEventListener(type, handle, { ...options, signal });

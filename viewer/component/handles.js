@@ -68,7 +68,7 @@ export class Handles {
   #move;
   #box;
   #canvas;
-  /** Of the scene, once it is known. @type {About | undefined} */
+  /** Box and unit of the scene, once known. @type {About | undefined} */
   #known;
   /** @type {Camera} of the picture */
   #camera;

@@ -9,7 +9,7 @@ const DEGREES = 5;
 const PAN = 0.1; // of half the shorter side
 const ZOOM = 1.15;
 
-/** For screen readers. */
+/** The keys in words, for screen readers. */
 export const KEYS = "Arrows: turn. Shift and arrows: pan. + and -: zoom. [ and ]: roll. F: fit. "
   + `${VIEW_NAMES.map((name, i) => `${i + 1}: ${name}`).join(", ")}. P: perspective. X, Y, Z: section. E: edges. Home: reset. Enter: pick the centre. Escape: leave.`;
 

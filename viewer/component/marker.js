@@ -1,5 +1,5 @@
 // @ts-check
-/** The mark of the corner, centre, middle or edge to which a click would snap. Fetched when the mouse first moves over a picture with `snap`. */
+/** The mark at the corner, centre, middle or edge that a click snaps to. Fetched when the mouse first moves over a picture with `snap`. */
 import { projection } from "../picture/projection.js";
 import { addStyle, made, madeSvg } from "./made.js";
 import { inWords } from "./snaps.js";
@@ -42,7 +42,7 @@ export class Marker {
   #paths = [0, 1].map(() => madeSvg("path"));
   #isAsking = false;
   #isWanted = false; // hidden before an answer comes, it stays so
-  /** The last place of the mouse that is not asked for. @type {{x: number, y: number} | undefined} */
+  /** The last place of the mouse, while it awaits its request. @type {{x: number, y: number} | undefined} */
   #next;
 
   /**
@@ -62,7 +62,7 @@ export class Marker {
     this.#mark.hidden = true;
   }
 
-  /** Marks what is near a place of the picture, once the scene says so. @param {{x: number, y: number}} place in CSS pixels */
+  /** Marks the corner, centre, middle or edge near a place, as soon as the scene has found it. @param {{x: number, y: number}} place in CSS pixels */
   async move(place) {
     this.#next = place, this.#isWanted = true;
     if (this.#isAsking) return;
@@ -77,7 +77,7 @@ export class Marker {
     this.#isAsking = false;
   }
 
-  /** For another scene. */
+  /** Forgets the scene, before another one is shown. */
   clear() {
     this.hide();
     this.#unit = null;

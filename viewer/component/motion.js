@@ -68,7 +68,7 @@ export class Motion {
     this.#ended();
   }
 
-  /** Ends a movement at its destination; inertia has none, and stops. */
+  /** Ends a movement at its destination; inertia, without a destination, stops. */
   finish() {
     this.#arrive();
     this.stop();

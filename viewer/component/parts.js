@@ -40,7 +40,7 @@ export class Parts {
     return this.#tree;
   }
 
-  /** For another scene. */
+  /** Forgets the scene, before another one is shown. */
   clear() {
     this.#tree = undefined;
   }

@@ -1,5 +1,5 @@
 // @ts-check
-/** What points were snapped to, in words; as bobrossnet.measuring.measure has them. */
+/** Names of the features that points snap to; bobrossnet.measuring.measure has the same. */
 
 const DIGITS = 6;
 

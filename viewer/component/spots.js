@@ -34,7 +34,7 @@ export class Spots {
   #isProbing = false;
   /** The bounding sphere, once it is known. @type {Probe["sphere"] | undefined} */
   #sphere;
-  /** Of the displayed picture. @type {Camera | undefined} */
+  /** The camera of the displayed picture. @type {Camera | undefined} */
   #camera;
 
   /**
@@ -69,7 +69,7 @@ export class Spots {
     if (this.#camera) this.show(this.#camera);
   }
 
-  /** For another scene. */
+  /** Forgets the scene, before another one is shown. */
   clear() {
     this.#sphere = this.#camera = undefined;
   }

@@ -46,7 +46,7 @@ img { grid-area: 1 / 1; width: 100%; height: 100%; object-fit: contain; pointer-
 }
 `;
 
-/** Of all elements. @type {CSSStyleSheet | undefined} */
+/** The style sheet that all elements share. @type {CSSStyleSheet | undefined} */
 let sheet;
 
 /** The element's style, as a constructed sheet: pages whose policy forbids inline styles allow it. */

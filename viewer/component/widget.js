@@ -21,7 +21,7 @@ function render({ model, el }) {
     view.setAttribute("background", model.get("background"));
     view.setAttribute("light", model.get("light"));
   };
-  let isSending = false; // the model tells of what is set here, too; a movement would end there
+  let isSending = false; // the model also reports values set here; a movement would end there
   const look = () => {
     if (!isSending) view.camera = model.get("camera");
   };

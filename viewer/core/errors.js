@@ -30,7 +30,7 @@ export function placedErrors(place, f) {
   }
 }
 
-/** Of a line, as bobrossnet.support.messages.one_line. */
+/** Maximum length of a line, as in bobrossnet.support.messages.one_line. */
 const MOST_LETTERS = 200;
 
 /** @param {string} text at most MOST_LETTERS are kept */

@@ -1,5 +1,5 @@
 // @ts-check
-/** Fetches files; the errors say what to do. */
+/** Fetches files; each error suggests a remedy. */
 import { brief } from "./errors.js";
 
 /**

@@ -12,7 +12,7 @@ import { VERSION } from "./version.js";
 let folder;
 
 /**
- * Sets the folder with all files, for what has not been fetched yet.
+ * Sets the folder of all files that have not been fetched yet.
  *
  * @param {URL | undefined} address with a slash at its end
  */

@@ -54,7 +54,7 @@ const KINDS = {
 };
 
 /**
- * @param {Core} core that checks what it knows best
+ * @param {Core} core checks shapes and instances
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which are not a valid file afterwards
  * @returns {Promise<SceneDescription>}
  */
@@ -109,7 +109,7 @@ export async function readBob(core, bytes) {
 function readParts(text, count) {
   if (text === undefined) return { unit: null, pieces: Array.from({ length: count }, () => []) };
   const content = checkFields("parts", JSON.parse(text), "unit", "has_front", "pieces"), pieces = checkList("parts.pieces", content.pieces);
-  if (pieces.length !== count) throw new CoreError(`parts.pieces: expected those of ${count} instances, got ${pieces.length}`);
+  if (pieces.length !== count) throw new CoreError(`parts.pieces: expected one entry for each of ${count} instances, got ${pieces.length}`);
   if (content.unit !== null && typeof content.unit !== "string") throw new CoreError(`parts.unit: expected a string, got ${brief(content.unit)}`);
   for (const own of pieces) checkList("parts.pieces", own).forEach(checkPiece);
   return { unit: content.unit, pieces };

@@ -26,7 +26,7 @@ const WRAPS = ["repeat", "clamp", "mirror"];
 /** Numbers of a part's arrays; further sets of uv follow the last. */
 const [VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV] = [0, 1, 2, 3, 4, 5];
 
-/** Of trees of parts, as bobrossnet.adapters.part.MAX_DEPTH. */
+/** Maximum depth of trees of parts, as bobrossnet.adapters.part.MAX_DEPTH. */
 const MAX_DEPTH = 32;
 
 /** Name for an unnamed thing next to named ones. */
@@ -152,7 +152,7 @@ class Images {
   #means = new Map();
   /** Warnings already given. @type {Set<string>} */
   #failed = new Set();
-  /** By picture and mask. @type {Map<Picture | undefined, Map<Picture, Picture>>} */
+  /** Masked pictures by picture and mask. @type {Map<Picture | undefined, Map<Picture, Picture>>} */
   #masked = new Map();
 
   /** @param {Core} core @param {number} reading @param {Contents} contents @param {Warn} warn @param {Beside} beside */
@@ -230,7 +230,7 @@ class Images {
     return made;
   }
 
-  /** @template T @param {number} image @param {() => Promise<T>} read what needs it */
+  /** @template T @param {number} image @param {() => Promise<T>} read uses the image */
   #read(image, read) {
     return this.#attempt(read, `texture ${this.contents.images[image].label} was left out`);
   }

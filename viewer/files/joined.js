@@ -214,7 +214,7 @@ function joined(parts) {
   return { part, surfaces, surface, ...named };
 }
 
-/** The different paths of all parts, and that of each triangle. @param {Part[]} parts @returns {Pick<Joined, "paths" | "path">} */
+/** The different paths of all parts, and the path of each triangle. @param {Part[]} parts @returns {Pick<Joined, "paths" | "path">} */
 function pathsOf(parts) {
   const shown = parts.filter(({ triangles }) => triangles.length > 0);
   if (!shown.length || !shown.every(({ runs }) => runs?.length)) return { paths: [], path: null };

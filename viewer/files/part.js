@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Parts: what readers of mesh files make, as the file stores it.
+ * Parts: the contents of a mesh file, as its reader found them.
  *
  * @typedef {{vertices: Float64Array, triangles: Int32Array, normals?: Float64Array, colors?: Float64Array,
  *   faceColors?: Float64Array, alphas?: Float64Array, uv?: Float64Array, surface?: import("./surface.js").Surface,

@@ -34,7 +34,7 @@ const READERS = {
 /** Readable files. */
 export const ENDINGS = Object.keys(READERS);
 
-/** Of file names in a command: more would not leave room for it. */
+/** Maximum length of all file names in a suggested command; longer ones are replaced by FILE. */
 const MOST_NAMED = 40;
 
 /** Files that only the Python package reads. */
@@ -54,7 +54,7 @@ function packing(...names) {
  * Checks that files of this name can be read.
  *
  * @param {string} name
- * @throws {CoreError} of one line that says what to do
+ * @throws {CoreError} of one line, with the remedy
  */
 export function checkFormat(name) {
   const ending = endingOf(name);
@@ -69,11 +69,11 @@ export function checkFormat(name) {
  * Reads a file, and the models opened together with it, as one scene; in a worker, since a large one takes a while.
  *
  * @param {Core} core
- * @param {string} name whose ending says what it is
+ * @param {string} name its ending gives the format
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
- * @param {Beside} [beside] what was opened together with it
- * @returns {Promise<SceneDescription>} its `warnings` say what was left out
- * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a
+ * @param {Beside} [beside] files opened together with it
+ * @returns {Promise<SceneDescription>} its `warnings` name the parts left out
+ * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; `line` is the line of a
  *   script
  */
 export async function readFile(core, name, bytes, beside = new Beside()) {

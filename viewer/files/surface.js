@@ -25,7 +25,7 @@ const MAX_FILE_TEXELS = 2 ** 27;
 /** The pictures of a file; each is decoded once, even under several names. */
 export class Pictures {
   #left = MAX_FILE_TEXELS;
-  /** By their files' lengths and hashes. @type {Map<string, {bytes: Uint8Array, picture: Promise<Picture>}>} */
+  /** Decoded pictures by length and hash of their files. @type {Map<string, {bytes: Uint8Array, picture: Promise<Picture>}>} */
   #decoded = new Map();
   /** Whether pictures are used with alpha, without it, or both. @type {Map<Picture, Set<boolean>>} */
   #shown = new Map();

@@ -53,7 +53,7 @@ export class Kept {
     try {
       sessionStorage.setItem(KEY, JSON.stringify(this.#edits));
     } catch {
-      // Full, or none: then edits last as long as the page.
+      // Full or unavailable: then edits last as long as the page.
     }
   }
 }

@@ -351,7 +351,7 @@ addEventListener("hashchange", () => {
   page.started = follow().then(() => {}, tell);
 });
 
-/** For tests and measurements. */
+/** The page's state, for tests and measurements. */
 export const page = {
   statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
   camera: () => picture.camera, schedule,

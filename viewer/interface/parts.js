@@ -43,7 +43,7 @@ export class PartsList {
     picture.addEventListener("pick", (event) => this.#pick(/** @type {CustomEvent} */ (event).detail));
   }
 
-  /** For another scene. */
+  /** Forgets the tree, after another scene was opened. */
   opened() {
     this.#isOld = true;
     this.#root = this.#chosen = undefined;

@@ -14,9 +14,9 @@ const STEPS = 1000; // of a slider
 export class Sections {
   #picture;
   #note;
-  /** Of the open scene, once it is known. @type {About | undefined} */
+  /** Box and unit of the open scene, once known. @type {About | undefined} */
   #about;
-  /** By axis. */
+  /** The rows of controls, by axis. */
   #rows;
 
   /** @param {BobView} picture @param {HTMLElement} root @param {HTMLElement} note */

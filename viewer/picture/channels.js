@@ -9,7 +9,7 @@
 /** Number of components of each channel. @type {Readonly<Record<string, number>>} */
 const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, color: 3, albedo: 3, alpha: 1, instance: 1, shadow: 1, variance: 1 };
 
-/** Of a G-buffer. @type {Layout} */
+/** Channels of a G-buffer. @type {Layout} */
 export const GBUFFER = ["mask", "gray", "depth", "normal"];
 
 /** The same of scenes with colours. @type {Layout} */

@@ -53,7 +53,7 @@ export class GBuffer {
     return this.image.byteOffset;
   }
 
-  /** With colours: linear RGB, (3, height, width), completed along the completed image; else null. */
+  /** Completes linear RGB, (3, height, width), along the completed image; null for white scenes. */
   completeColor() {
     if (!this.isColored) return null;
     const place = widthOf(this.layout) + 1, address = this.#floats(place, 3).byteOffset;

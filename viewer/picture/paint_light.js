@@ -1,5 +1,5 @@
 // @ts-check
-/** Conversion of pictures with lights to screen pixels: their values have any range, and shadows cover what is behind. */
+/** Conversion of pictures with lights to screen pixels: their values have any range, and shadows cover the background. */
 import { UNTRACED, borderOf, encode, expose, pack } from "./paint.js";
 
 /**

@@ -5,7 +5,7 @@
 
 /** Values made once for each picture. @template T */
 export class OfPictures {
-  /** By texels, then by alpha. @type {Map<Uint8Array | undefined, Map<Uint8Array | undefined, T>>} */
+  /** Values by texels, then by alpha. @type {Map<Uint8Array | undefined, Map<Uint8Array | undefined, T>>} */
   #made = new Map();
 
   /**

@@ -175,7 +175,7 @@ function checkKnots(name, knots, count, degree) {
  *
  * @template {Int32Array | Float64Array} T
  * @param {string} name @param {T} array @param {number} [width] of a row
- * @returns {(count: number, last?: boolean) => T} the next rows; `last` requires that none remain
+ * @returns {(count: number, last?: boolean) => T} the next rows; `last` requires that no rows remain
  */
 function pieces(name, array, width = 1) {
   let at = 0;

@@ -9,7 +9,7 @@
  * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null, number?: number,
  *   pieces?: import("./scene.js").Label["pieces"]}} InstanceDescription
  *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
- *   default; number: in the order of the file, by default that of the array
+ *   default; number: in the order of the file, by default its index in the array
  * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[], unit?: string | null}} SceneDescription
  *   warnings: parts of a file left out or shown differently, a line each; unit: of lengths, such as "mm"
  */

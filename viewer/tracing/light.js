@@ -70,7 +70,7 @@ export class Light {
     return this.#core.call("light_left", this.#handle);
   }
 
-  /** Of this camera's paths. */
+  /** The seed of this camera's paths. */
   get seed() {
     return this.#core.call("light_seed", this.#handle);
   }

@@ -8,9 +8,9 @@
  * @typedef {{point: number[], normal: number[], instance: number, part: string | null, kind: string, face: number | null, section: number | null,
  *   unit: string | null, inSphere: import("../picture/projection.js").Vector, snapped: import("./scene.js").Snap["kind"] | null, radius: number | null}} Picked
  *   point: in the scene's coordinates; normal: of its triangle or face, of unit length; instance: its index in the file; part: its path in
- *   the tree of parts; kind: of its shape, mesh, brep, implicit or tube; face: the number of the triangle, or of the face, null of other shapes and of caps; section: of whose
- *   cap the point is; unit: of the scene; inSphere: the point in radii from the centre;
- *   snapped: what the point was snapped to; radius: of the circle whose centre or edge that is
+ *   the tree of parts; kind: of its shape, mesh, brep, implicit or tube; face: the number of the triangle, or of the face, null of other shapes and of caps; section: the section
+ *   whose cap was hit, or null; unit: of the scene; inSphere: the point in radii from the centre;
+ *   snapped: the kind of feature; radius: of the circle whose centre or edge that is
  *
  * @typedef {{
  *   pick: (place: PlaceInPicture, size: Size, camera: Camera) => Promise<import("./scene.js").Hit | null>,
@@ -19,7 +19,7 @@
  *
  * @param {PlaceInPicture} place
  * @param {Size} size @param {Camera} camera
- * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 for none
+ * @param {number} reach pixels within which the point snaps to corners, centres and edges; 0 turns snapping off
  * @param {Asked} ask the scene
  * @param {() => Promise<import("./parts.js").Tree | null>} parts of the scene; asked last, since snapping may open it in another core
  * @returns {Promise<Picked | null>} null on the background

@@ -30,7 +30,7 @@ import { WHITE, materialValues } from "./description.js";
  *   box (6,): lowest, then highest coordinates, in the scene's units; open: the first instance that a section shows without
  *   caps, or -1
  * @typedef {{instance: number, primitive: number, section: number | null, point: number[], normal: number[], sphere: Sphere}} Hit
- *   section: of whose cap the point is; point: in radii from the centre
+ *   section: the section whose cap was hit, or null; point: in radii from the centre
  * @typedef {{kind: "corner" | "center" | "middle" | "edge", radius: number | null, point: number[], place: {x: number, y: number}, sphere: Sphere}} Snap
  *   radius: of the circle, in radii from the centre, as point is; place: where the surface next to it is visible, in pixels
  * @typedef {{low: number[], high: number[], area: number | null, volume: number | null}} Measures

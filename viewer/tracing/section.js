@@ -7,10 +7,10 @@
  *   keeps coordinates of at most `at` along the axis if the sign is 1, and of at least `at` if it is -1; in the scene's unit
  */
 
-/** As bobrossnet.tracing.section.PATTERN. */
+/** A section as text, as bobrossnet.tracing.section.PATTERN. */
 const PATTERN = /^\s*([xyz])\s*(<=|>=|=|<|>)\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)\s*$/i;
 
-/** Of a scene, as bobrossnet.tracing.section.MAX_SECTIONS. */
+/** Maximum number of sections of a scene, as bobrossnet.tracing.section.MAX_SECTIONS. */
 const MAX_SECTIONS = 6;
 
 export const AXES = ["x", "y", "z"];

@@ -84,7 +84,7 @@ let view;
  *   first: Float32Array | null, error: number, before: {height: number, width: number, image: Float32Array} | null
  * }} Rest
  *   look: at its beginning; image: the displayed pixels, of an enlarged or completed picture below the traced rows; gbuffer, first: of pictures
- *   that are not too large; before: the completed picture before, from which `first` is enlarged
+ *   that are not too large; before: the previous completed picture; `first` is enlarged from it
  * @type {Rest | undefined}
  */
 let rest;

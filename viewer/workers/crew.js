@@ -59,7 +59,7 @@ function moduleOf(core, hasExtras) {
   return core === "core.mesh" && (hasExtras || !isThere("core.mesh.wasm")) ? "core.mesh.light" : core;
 }
 
-/** For all workers of a page: compiled once. @type {Map<string, Promise<WebAssembly.Module>>} */
+/** Modules compiled once for all workers of a page. @type {Map<string, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
 
 /** @param {CoreName} core @param {boolean} hasExtras */

@@ -35,7 +35,7 @@ export class SceneLight {
   #scene;
   /** @type {Light | undefined} */
   #light;
-  /** Of the light's picture. */
+  /** The view of the light's picture. */
   #view = -1;
 
   /** @param {import("../tracing/scene.js").Scene} scene lives longer */

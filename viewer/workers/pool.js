@@ -40,7 +40,7 @@ export class Pool {
   /** Callbacks for the answers of tracers. @type {Map<number, (answer: any) => void>} */
   #questions = new Map();
   #element = 0; // at work
-  /** By element. @type {Map<number, Kept>} */
+  /** Scenes by element. @type {Map<number, Kept>} */
   #scenes = new Map();
   #asked = 0; // edition of the newest scene sent to tracers
   #count;
@@ -222,7 +222,7 @@ export class Pool {
     share();
   }
 
-  /** Ends tracers that got no scene, because it does not fit all. @param {number} count of those that got it */
+  /** Ends the tracers without a scene, when it does not fit all of them. @param {number} count tracers with the scene */
   #keep(count) {
     this.#count = count;
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();

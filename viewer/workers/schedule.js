@@ -31,7 +31,7 @@ const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest
 const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
 const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced pixels need memory
 
-/** Numbers of the newest batch and view of the page, whose elements share workers: these go by what is newer. */
+/** Numbers of the newest batch and view of the page, whose elements share workers: these drop older ones. */
 const newest = { batch: 0, view: 0 };
 
 export class Schedule {
@@ -100,7 +100,7 @@ export class Schedule {
     return this.#camera;
   }
 
-  /** Of the picture at rest. */
+  /** Size of the picture at rest. */
   get size() {
     return this.#size;
   }
@@ -254,13 +254,13 @@ export class Schedule {
     return this.#step;
   }
 
-  /** Of pictures at rest under lights: larger ones would need too much memory. */
+  /** Scale of pictures at rest under lights: larger ones would need too much memory. */
   get #litScale() {
     const { height, width } = this.#size;
     return Math.max(1, Math.sqrt(height * width / MOST_REFINED));
   }
 
-  /** The minimum scale at which a network completes pictures within the budget; they grow only if that is certain. */
+  /** The minimum scale of pictures that a network completes within the budget; they grow only if that is certain. */
   #chooseScale() {
     const medians = Array.from(new Set(this.#recent.map(({ model }) => model)), (name) => {
       const times = this.#recent.filter(({ model }) => model === name).map(({ ms }) => ms).sort((a, b) => a - b);

@@ -104,7 +104,7 @@ let loan;
 let completing;
 /** Port to the leading tracer, if that is another one. @type {MessagePort | undefined} */
 let leading;
-/** Of the element at work, as all that follows. @type {import("../tracing/scene.js").Scene | undefined} */
+/** The scene of the element at work, to which the variables below belong. @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 let edition = -1; // of the scene
 /**
@@ -114,7 +114,7 @@ let edition = -1; // of the scene
  */
 let view;
 /**
- * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of those that were smoothed, and
+ * The picture at rest: its rows, its pixels at edges, (n, 2), once known, the number of smoothed ones, and
  * milliseconds for one; the number of rows with lines.
  *
  * @type {{id: number, rows: Rows, edges?: Int32Array, smoothed: number, pixelMs: number, lined: number} | undefined}
@@ -126,9 +126,9 @@ let restingMs = 0;
 let spare;
 /** The samples of earlier views, of one size. @type {History | undefined} */
 let history;
-/** Of the scene. @type {FramePlanner | undefined} */
+/** The scene's planner. @type {FramePlanner | undefined} */
 let planner;
-/** Of the scene, if it is lit. @type {SceneLight | undefined} */
+/** The scene's light, if it is lit. @type {SceneLight | undefined} */
 let light;
 
 /**
@@ -140,7 +140,7 @@ let light;
 /** @type {Kept} */
 const NOTHING = { scene: undefined, edition: -1, view: undefined, resting: undefined, restingMs: 0, history: undefined, planner: undefined, light: undefined };
 let element = 0; // at work
-/** Of the other elements. @type {Map<number, Kept>} */
+/** The state of the other elements. @type {Map<number, Kept>} */
 const kept = new Map();
 
 /** Goes on with an element. @param {number} next */

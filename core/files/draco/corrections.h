@@ -1,4 +1,4 @@
-/// What Draco adds to predictions: integers that wrap around, on a line or on an unfolded octahedron.
+/// Draco's corrections of predictions: integers that wrap around, on a line or on an unfolded octahedron.
 #pragma once
 
 #include <algorithm>

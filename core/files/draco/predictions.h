@@ -6,7 +6,7 @@
 
 namespace bob::files::draco {
 
-/// Where predictions find integer positions.
+/// The integer positions that predictions use.
 struct Positions {
     const Sequence* sequence = nullptr;
     const Attribute* attribute = nullptr;

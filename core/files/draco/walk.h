@@ -19,9 +19,9 @@ struct Sequence {
     [[nodiscard]] std::size_t at_corner(std::int32_t c) const { return static_cast<std::size_t>(value_of[static_cast<std::size_t>(corners->vertex_of(c))]); }
 };
 
-/// Vertices in the order in which a walk over all triangles meets them.
+/// Vertices as a walk over all triangles meets them.
 ///
-/// is_by_degree: it goes to vertices first that more triangles predict.
+/// is_by_degree: the walk prefers vertices that more triangles predict.
 [[nodiscard]] Sequence walk(const Corners& corners, bool is_by_degree);
 
 }  // namespace bob::files::draco

@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// As bobrossnet.measuring.volumes.OPEN: residual of a closed surface's identities above which it counts as open, in its area.
+/// As bobrossnet.measuring.volumes.OPEN: residual of a closed surface's identities above which it is open, as a share of its area.
 constexpr double open = 1e-5;
 
 /// Off a face before rays begin, as bobrossnet.measuring.crossings.APART.

@@ -15,10 +15,10 @@
 namespace bob {
 namespace {
 
-/// Of curves, in radii of the shape: CAD systems write seven digits at least.
+/// Tolerance of curves, in radii of the shape: CAD systems write at least seven digits.
 constexpr EdgeTolerance exact{1e-7, 1e-7};
 
-/// Steps along a Bezier piece: those of lines and circles, and of free curves, whose points are then within about 1e-4 of their length.
+/// Steps along a Bezier piece: few for lines and circles, many for free curves. Their points are then within about 1e-4 of their length.
 constexpr int few = 8, many = 64;
 
 /// Pieces of one curve that meet at a larger angle are two edges.
@@ -101,7 +101,7 @@ void add_borders(const Face& face, std::uint32_t number, std::vector<Border>& bo
     }
 }
 
-/// Cells of space, by which equal places are found.
+/// Cells of space, to find equal places.
 class Places {
 public:
     explicit Places(double near) : near_(near) {}
@@ -169,7 +169,7 @@ const std::vector<ShapeEdge>* Brep::edges() const {
         std::vector<Border> borders;
         for (std::size_t i = 0; i < faces_.size(); ++i) add_borders(faces_[i], numbers_[i], borders);
         const double near = std::max(2 * tolerance_, 1e-6);
-        // Of two faces' borders at one place, the first stays; a seam has one face on both sides.
+        // If borders of two faces coincide, the first stays; a seam has one face on both sides.
         Places middles(near);
         for (std::uint32_t i = 0; i < borders.size(); ++i) {
             Border& own = borders[i];

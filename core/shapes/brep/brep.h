@@ -90,9 +90,9 @@ private:
     };
 
     [[nodiscard]] Solid find_solid() const override;
-    /// Each face is a part; its front is that of dS/du x dS/dv.
+    /// Each face is a part; dS/du x dS/dv points out of its front.
     void sides(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Side> sides) const override;
-    /// 1 if dS/du x dS/dv leads out of the solid at a point of a face, -1 if into it; 0 if both sides are alike.
+    /// 1 if dS/du x dS/dv leads out of the solid at a point of a face, -1 if into it; 0 if both sides are inside or both outside.
     [[nodiscard]] double outward(std::size_t face, const std::array<double, 2>& inside) const;
     /// Whether first hits tell that rays start inside, 1, or outside, -1. 0 beyond trims and where a face is edge-on.
     void vote(std::span<const Ray> rays, std::span<const Hit> hits, std::span<int> votes) const;

@@ -21,7 +21,7 @@ inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
 inline float clamp(float x, float low, float high) { return smaller(larger(x, low), high); }
 
-/// Of the first three components.
+/// The dot product of the first three components.
 inline float dot(Float4 a, Float4 b) {
     const Float4 products = a * b;
     return products[0] + products[1] + products[2];
@@ -161,7 +161,7 @@ public:
     /// Whether a part still unclear after a test is better cut along v than along u.
     [[nodiscard]] bool cut_along_v(int lane) const { return along_v_[lane]; }
 
-    /// Of a hit.
+    /// The solution of a lane with a hit.
     [[nodiscard]] Solution solution(int lane) const {
         return {at_[0][lane], at_[1][lane], start_[lane] + static_cast<double>(t_[lane])};
     }

@@ -144,7 +144,7 @@ struct Fit {
     [[nodiscard]] double size() const { return std::max(length(along_u), length(along_v)); }
 
 private:
-    /// For pieces that are lines or points: the coordinate axes, long enough to contain them.
+    /// Takes the coordinate axes for pieces that are lines or points, long enough to contain them.
     void use_axes(const Part& part) {
         Vec3d low = part.points[0], high = low;
         for (const Vec3d& x : part.points) {
@@ -462,7 +462,7 @@ private:
         return most <= max_weight_ratio * least;
     }
 
-    /// For the line of control points with the largest weight ratio.
+    /// The cut for the line of control points with the largest weight ratio.
     static Cut best_cut(const BezierPatch& patch) {
         const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
         std::vector<double> worst;
@@ -499,7 +499,7 @@ double mean_length(const BezierPatch& patch, bool along_v) {
 
 /// A patch without its control points, which follow once it is known to be visible.
 Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* region, double tolerance) {
-    // In parameters, as if they were spaced evenly over the patch.
+    // The tolerance in parameters, as if they were spaced evenly over the patch.
     const auto margin = [&](double size, bool along_v) {
         return static_cast<float>(tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0);
     };

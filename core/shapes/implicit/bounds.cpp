@@ -81,7 +81,7 @@ private:
         return result;
     }
 
-    /// Whether a layer has such a cell.
+    /// Whether a layer has a cell without surface.
     bool any(int axis, int layer) {
         std::vector<Index> unknown;
         for (int i = 0; i < cuts * cuts; ++i) {

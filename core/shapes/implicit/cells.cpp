@@ -47,7 +47,7 @@ public:
         convex(points, at_corner_);
     }
 
-    /// Of part x + Cuts y + Cuts² z.
+    /// The box of part x + Cuts y + Cuts² z.
     [[nodiscard]] Box box(int part) const {
         const std::array<int, 3> at = place(part);
         return {corner(at), corner({at[0] + 1, at[1] + 1, at[2] + 1})};

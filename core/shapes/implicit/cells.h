@@ -67,7 +67,7 @@ public:
     }
     [[nodiscard]] static Box box(const Cell& cell);
 
-    /// Contains all cells.
+    /// A box that contains all cells.
     [[nodiscard]] const Box& hull() const { return hull_; }
 
     /// A function of points: writes its value at each.
@@ -83,7 +83,7 @@ public:
     [[nodiscard]] int max_registers() const { return max_registers_; }
     [[nodiscard]] std::size_t bytes() const;
 
-    /// The same for rays to walk through.
+    /// The cells as a grid that rays walk through.
     [[nodiscard]] CellGrid grid_view() const { return {children_.data(), top_.data(), hull_.low, hull_.high}; }
 
 private:

@@ -48,7 +48,7 @@ bool has_mesh(const Code& code) {
     return std::any_of(code.instructions, end, [](const Instruction& step) { return step.op == Op::mesh_distance; });
 }
 
-/// For each decision, whether it is a select's and its condition is never NaN.
+/// Whether each decision belongs to a select whose condition is never NaN.
 std::vector<bool> certain_selects(const Tape& tape) {
     const std::vector<Node>& nodes = tape.expression().nodes();
     std::vector<bool> total(nodes.size());  // whether finite operands give a finite value

@@ -517,7 +517,7 @@ private:
         });
     }
 
-    /// On an edge of a cell in slab i.
+    /// The point and normal where the surface crosses an edge of a cell in slab i.
     [[nodiscard]] std::pair<Point, Vec3> crossing(std::size_t i, int x, int y, int edge) const {
         const int axis = edge / 4, low = edge & 1, high = edge >> 1 & 1;
         std::array<int, 3> at{x, y, lowest_ + static_cast<int>(i) - 1};

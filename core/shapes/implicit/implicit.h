@@ -31,12 +31,12 @@ public:
     /// The inside is where f is negative.
     [[nodiscard]] bool prepare_inside() const override { return true; }
     void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
-    /// Those of the formula there.
+    /// The colour formula's values inside the solid.
     void colors_inside(std::span<const Vec3> points, std::span<Vec3> colors) const override { this->colors(points, colors); }
 
     [[nodiscard]] std::size_t bytes() const override { return cells_.bytes() + (painting_ ? painting_->bytes() : 0); }
 
-    /// Of a shape with colours: linear RGB, 0..1, at points in the coordinates of rays, on the surface or not.
+    /// Colours of a coloured shape: linear RGB, 0..1, at points in the coordinates of rays, on the surface or not.
     void colors(std::span<const Vec3> points, std::span<Vec3> colors) const;
 
     [[nodiscard]] const Cells& cells() const { return cells_; }

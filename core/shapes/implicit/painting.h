@@ -16,7 +16,7 @@ namespace bob {
 /// The colour's formula, pruned for each box of a grid: a box needs few of many shapes.
 class Painting {
 public:
-    /// For the formula in the unit sphere, and boxes with cells.
+    /// Prunes the formula, in coordinates of the unit sphere, for the boxes that have cells.
     Painting(ColorTape tape, const Cells& cells);
 
     /// Linear RGB, 0..1, at each point, independent of the other points; input and output may share memory.

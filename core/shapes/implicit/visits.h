@@ -90,7 +90,7 @@ private:
 };
 
 /// Calls visit(code, rays) for rays in cells of one code, until every ray has left the last of its cells; a ray whose
-/// walk's cell becomes Walk::none ends there. Each ray comes to its cells in order. Walks are those of `rays`, by number.
+/// walk's cell becomes `Walk::none` ends there. Each ray visits its cells in order. walks: one for each of `rays`.
 template <class Visit>
 void visit_cells(const Cells& cells, std::span<const Ray> rays, std::vector<Walk>& walks, Visit visit) {
     struct Memory {

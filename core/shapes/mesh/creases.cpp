@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// Of coordinates in single precision or six digits, and of circles that are written in them.
+/// Tolerance of coordinates in single precision or six digits, and of circles written with them.
 constexpr EdgeTolerance tolerance{2e-6, 1e-4};
 
 /// A side of a triangle.

@@ -342,7 +342,7 @@ Solid Mesh::find_solid() const {
         sides(rays, hits, at);
         for (Side& side : at) side = {shells.of[side.part], side.is_front != (shells.reversed[side.part] != 0)};
     });
-    // From shells to triangles.
+    // Turned shells become turned triangles.
     std::vector<std::uint8_t> turned(triangles.size());
     bool any = false;
     for (std::size_t t = 0; t < turned.size(); ++t) {

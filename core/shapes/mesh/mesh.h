@@ -69,7 +69,7 @@ public:
 
     [[nodiscard]] const Arrays& arrays() const { return arrays_; }
 
-    /// Edges: where the shading normal jumps, and those of a single triangle. Not virtual: small pages leave them out.
+    /// Edges where the shading normal jumps, and open borders. Not virtual: small pages leave them out.
     [[nodiscard]] const std::vector<ShapeEdge>& creases() const;
 
     /// The unit normals at the triangles' corners, which shading interpolates.
@@ -85,7 +85,7 @@ private:
         std::vector<CornerNormals> normals;
         std::vector<Vec3> face_normals;
         TriangleBvh bvh;
-        // As given: for each triangle, or empty.
+        // The given colours of each triangle, or empty.
         std::vector<std::array<Vec3, 3>> corner_colors;
         std::vector<Vec3> face_colors;
         std::vector<OnTexture> on_texture;
@@ -100,7 +100,7 @@ private:
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
     void prepare_holes(Prepared& prepared) const;
 
-    /// Of the used vertices, untransformed: most meshes are placed like this, in scene after scene.
+    /// Box and sphere of the used, untransformed vertices, computed once: most scenes place a mesh without a transform.
     struct Extent {
         Bounds bounds;
         Sphere around;  // about the centre of their box

@@ -27,7 +27,7 @@ constexpr float crease_angle_degrees = 40;
 [[nodiscard]] std::vector<Vec3> face_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
 /// Smooth normals with creases. A corner's normal is the mean, weighted by angle, of the faces at its position within
-/// the crease angle of its own face. Vertices at the same position are merged, so that meshes without shared vertices
+/// the crease angle of this corner's face. Vertices at the same position are merged, so that meshes without shared vertices
 /// (STL) are smooth too.
 [[nodiscard]] std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices,
                                                         std::span<const Triangle> triangles, std::span<const Vec3> face);

@@ -8,7 +8,7 @@
 
 namespace bob {
 
-/// As Mesh::Arrays.
+/// The arrays of Mesh::Arrays, owned.
 struct OwnedArrays {
     std::vector<Mesh::Point> vertices = {};
     std::vector<Triangle> triangles = {};

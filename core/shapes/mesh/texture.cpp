@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// For each of the 256 byte values.
+/// The linear value of each of the 256 bytes.
 const std::array<float, 256>& linear() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> values;

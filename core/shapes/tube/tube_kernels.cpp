@@ -134,7 +134,7 @@ public:
         return true;
     }
 
-    /// Where q >= 0.
+    /// The intervals where q >= 0.
     [[nodiscard]] Intervals inside() const {
         Intervals result;
         find_inside(whole_.q, 0, 1, 0, result);
@@ -277,7 +277,7 @@ private:
         return greatest(k) + sqrt_q * larger(greatest(bend), 0) <= 0 ? -1 : 0;
     }
 
-    /// For f without critical points other than minima.
+    /// Finds the minimum of an f without other critical points.
     void find_minimum(Least& best, double low, double high, double sign) const {
         if (at(low, sign).g >= 0 || at(high, sign).g <= 0) return;
         converge(best, 0.5 * (low + high), low, high, sign, false);
@@ -379,7 +379,7 @@ private:
         });
     }
 
-    /// From inside: joins spans from 0 on until there is a gap.
+    /// The exit of a ray from inside: joins spans from 0 on until there is a gap.
     Hit leave() {
         // At a joint that the ray grazes, neighbouring spans may be separated by rounding.
         constexpr double gap = 1e-7;

@@ -86,7 +86,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
 
 
 def packed(scene: SceneLike) -> bytes:
-    """What `save_scene` writes; it raises InputError for the same scenes."""
+    """Return the bytes that `save_scene` writes; raise InputError for the same scenes."""
     numbers: dict[bytes, int] = {}
     kinds: list[str] = []
     tensors: dict[str, NDArray[Any]] = {}
@@ -221,7 +221,7 @@ def _parts(text: str | None, count: int) -> tuple[str | None, bool, list[Any]]:
     has_front = check_flag(f"{PARTS}.has_front", content["has_front"])
     pieces = _list(f"{PARTS}.pieces", content["pieces"])
     if len(pieces) != count:
-        raise InputError(f"{PARTS}.pieces: expected those of {count:,} instances, got {len(pieces):,}")
+        raise InputError(f"{PARTS}.pieces: expected one entry for each of {count:,} instances, got {len(pieces):,}")
     unit = check_unit(f"{PARTS}.unit", content["unit"])
     return unit, has_front, [[_piece(piece) for piece in _list(f"{PARTS}.pieces", own)] for own in pieces]
 
@@ -300,7 +300,7 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
 def _fields_of(material: Material) -> dict[str, Any]:
     if type(material) is not Material:
         raise InputError(
-            f"material: expected a Material to write, got {type(material).__name__}, which scene files lack"
+            f"material: expected a Material to write, got {type(material).__name__}, which scene files cannot store"
         )
     fields = asdict(material)
     if material.roughness is None and material.emissive == (0, 0, 0):

@@ -151,7 +151,7 @@ def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
 
 
 def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
-    """Say in a line which unit is taken for files that don't say theirs, next to others that do."""
+    """Warn about the unit assumed for files without one, next to files with a unit."""
     units = [item.unit for item in items if isinstance(item, Scene)]
     unit = next(filter(None, units), None)
     for source, item in zip(sources, items, strict=True):
@@ -233,9 +233,10 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     All parts of a file become one mesh, placed as the file places them. glTF is y-up by its specification
     and is turned to z-up; the other formats are taken as stored. Polygons become triangles, concave ones by
-    their ears.
-    Vertices that no triangle uses are left out. The colours of materials become those of triangles; a texture is kept
-    where all of the file has the same. `load` makes an instance for each material instead.
+    ear clipping.
+
+    Vertices that no triangle uses are left out. Each triangle takes its material's colour. A texture is kept only
+    if the whole file has the same one. `load` makes an instance for each material instead.
 
     Parameters
     ----------
@@ -261,7 +262,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
 
 
 def _read_mesh(path: str | bytes | os.PathLike[Any], shapes: list[Instance] | None = None) -> Joined:
-    """Return the drawable triangles of a mesh file; maybe none if `shapes` receives other shapes."""
+    """Return the drawable triangles of a mesh file; possibly an empty mesh if `shapes` receives other shapes."""
     file = path_of(path)
     ending = one_line(file.suffix.lower())
     with _quiet(), _errors_of_one_line(file, "mesh"):
@@ -309,7 +310,7 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
 _ONE_AT_A_TIME = threading.RLock()
 """Filters of warnings belong to the process: of two threads, each would undo the other's."""
 
-if hasattr(os, "register_at_fork"):  # a forked process has none of the threads that may hold it
+if hasattr(os, "register_at_fork"):  # the threads that may hold it do not exist in a forked process
     os.register_at_fork(after_in_child=_ONE_AT_A_TIME._at_fork_reinit)  # type: ignore[attr-defined]
 
 

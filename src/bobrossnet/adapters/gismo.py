@@ -63,7 +63,7 @@ def _face(geometry: Element) -> Face:
     (knots_u, n), (knots_v, m) = (_knots(geometry, index) for index in ("0", "1"))
     coefs = geometry.find("coefs")
     if coefs is None:
-        raise InputError("coefs: expected some, got none")
+        raise InputError("coefs: expected coefficients, got none")
     dimension = _integer("geoDim", coefs.get("geoDim", "3"), 2, 3)
     points = _table("coefs", coefs, (m, n, dimension)).transpose(1, 0, 2)
     weights = next(geometry.iter("weights"), None)

@@ -1,4 +1,4 @@
-"""JSON, with errors of one line that name the place."""
+"""JSON, with errors of one line that name the faulty entry."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _itself(value: dict[str, Any]) -> dict[str, Any]:
 
 
 def _refuse(word: str) -> NoReturn:
-    raise InputError(f"expected JSON, got {word}, which it has no numbers for")
+    raise InputError(f"expected JSON, got {word}, which is not a JSON number")
 
 
 def read_json(text: str | bytes) -> Any:

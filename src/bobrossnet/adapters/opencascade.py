@@ -1,7 +1,7 @@
 """STEP and IGES, read by OpenCascade: solids and shells as trimmed NURBS, with their names, colours and places.
 
-OpenCascade takes seconds to import, prints to stdout, and crashes on many a damaged file: it only runs in a separate
-process (`apart.py`), where `occ.py` turns what it reads into plain data. Here they become instances.
+OpenCascade takes seconds to import, prints to stdout, and crashes on many damaged files. So it only runs in a separate
+process (`apart.py`), where `occ.py` turns its shapes into plain data. This module turns the data into instances.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def read_step(file: Path) -> Found[Instance]:
     list of Instance, with their unit
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly. Its
         material has its colour, or is white if its faces have several. Faces that AP242 stores as triangles without a
-        surface are separate meshes. Names are those of the file's products, else of the file. Points, curves and
+        surface are separate meshes. Names come from the file's products, else from the file. Points, curves and
         hidden parts are left out.
 
     Raises

@@ -79,7 +79,7 @@ def _brep_loops(brep: Any) -> list[list[list[Any]]]:
         if (trim.start, trim.end) != (curve.Domain.T0, curve.Domain.T1):
             curve = curve.Trim(trim.start, trim.end)
         if curve is None or (trim.backwards and not curve.Reverse()):
-            raise InputError("expected a curve of which a part can be cut out, got another")
+            raise InputError("expected a curve that can be trimmed, got another")
         return curve
 
     bounds = []

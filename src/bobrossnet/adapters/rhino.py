@@ -102,7 +102,7 @@ def read_here(file: Path) -> Found[Instance]:
 
     document = rhino3dm.File3dm.Read(str(file))
     if document is None:
-        raise InputError("expected a Rhino file, got something else or a part of one")
+        raise InputError("expected a Rhino file, got something else or an incomplete file")
     unit = unit_of_word(document.Settings.ModelUnitSystem.name)
     return Found(_Reader(document, file).instances(), unit)
 
@@ -111,9 +111,9 @@ class Look(NamedTuple):
     """The colours of an object, as sRGB."""
 
     display: str
-    """Of its lines."""
+    """Colour of its lines."""
     material: str | None
-    """Of its faces; None without a material."""
+    """Colour of its faces; None without a material."""
 
 
 class Object(NamedTuple):

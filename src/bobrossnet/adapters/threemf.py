@@ -1,6 +1,6 @@
-"""3MF: a package of XML; objects, where they are built, the colours of their triangles, their textures and beams.
+"""Reads 3MF, a package of XML: objects and their placements, colours of triangles, textures and beams.
 
-trimesh 5.2 needs lxml and networkx for it, and walks every path through the components: a few lines of a file
+trimesh 5.2 needs lxml and networkx for it, and walks every path through the components, so a few lines of a file
 can make 2ⁿ paths.
 """
 
@@ -222,7 +222,7 @@ class _Model:
             namespace = self.prefixes.get(prefix)
             if namespace not in self.kinds:
                 raise InputError(
-                    f"requiredextensions: expected extensions that are read, got {one_line(namespace or prefix)}"
+                    f"requiredextensions: expected supported extensions, got {one_line(namespace or prefix)}"
                 )
 
     def _start(self, name: str, get: dict[str, str]) -> None:

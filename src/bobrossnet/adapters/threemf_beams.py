@@ -19,7 +19,7 @@ class Lattice:
         self.get = {name: of_object[name] for name in ("pid", "pindex") if name in of_object} | attributes
         self.radius = attributes.get("radius", "nan")
         self.ends: list[list[str]] = []
-        """Of beams: two vertices, two radii."""
+        """Two vertices and two radii of each beam."""
         self.chosen: list[tuple[Swatch, ...]] = []
         self.caps: Counter[str] = Counter()
         self.balls: dict[str, tuple[str, tuple[Swatch, ...]]] = {}

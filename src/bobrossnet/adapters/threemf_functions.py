@@ -23,7 +23,7 @@ MAX_NODES = 1 << 16
 """Maximum for all level sets and colours of a model: a chain of functions that each call two can make 2ⁿ."""
 
 MAX_CALLS = 64
-"""Of functions within each other."""
+"""Maximum depth of function calls."""
 
 SHAPES = {(): "a scalar", (3,): "a vector", (4, 4): "a matrix"}
 
@@ -204,7 +204,7 @@ class _Evaluation:
             if node.kind in CONSTANTS:
                 return {"": CONSTANTS[node.kind](node.get)}
             if node.kind not in NODES:
-                raise InputError(f"expected a kind of node that is read, got {one_line(node.kind)}")
+                raise InputError(f"expected a supported kind of node, got {one_line(node.kind)}")
             names, compute = NODES[node.kind]
             return {"": compute(*(inputs[each] for each in names))}
         except KeyError as error:

@@ -25,7 +25,7 @@ OPS = (
     "exp", "log", "floor", "ceil", "round", "power", "add", "subtract", "multiply", "divide", "minimum", "maximum",
     "hypot", "atan2", "modulo", "select", "mesh_distance",
 )  # fmt: skip
-"""By their numbers in formulas."""
+"""Operations by their numbers in formulas."""
 
 KINDS = {
     "absolute": "abs",
@@ -41,7 +41,7 @@ KINDS = {
     "atan2": "arctan2",
     "modulo": "mod",
 }
-"""Of nodes, by ops; others have the op's name."""
+"""Names of nodes by ops; other nodes have the op's name."""
 
 BINARY = OPS[OPS.index("add") : OPS.index("select")]
 
@@ -64,10 +64,10 @@ MODEL = (
 )
 
 MARGIN = 0.01
-"""Of the domain around a shape without bounds, in shares of its size: its planes touch no surface."""
+"""Margin of the domain around a shape without bounds, as a share of its size: its planes touch no surface."""
 
 BOX = ("013", "032", "475", "467", "051", "045", "237", "276", "026", "064", "173", "157")
-"""Of a box whose corners are in the order of `itertools.product`, seen from outside."""
+"""Triangles of a box with corners in the order of `itertools.product`, anticlockwise from outside."""
 
 DOMAIN, SHAPE, COLOR, VOLUME, OBJECT, FIRST_MESH = range(1, 7)
 """Ids of resources."""

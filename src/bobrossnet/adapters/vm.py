@@ -10,9 +10,9 @@ from bobrossnet.support.errors import InputError
 
 
 def read_vm(path: Path) -> Implicit:
-    """Read a formula, and make of it the shape that is inside where it is negative.
+    """Read a formula as a solid: the region where it is negative.
 
-    The files say nothing about where to look. A bounded shape is taken whole, however large it is; one without bounds
+    The files have no bounds. A bounded solid of any size is kept whole; an unbounded one
     is cut by the cube from -1 to 1. A formula without z is a flat shape: it becomes an extrusion of height 0.1 about
     z = 0, cut by the square from -1 to 1.
 

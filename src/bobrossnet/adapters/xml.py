@@ -48,7 +48,7 @@ def read_xml(
         if depth > MAX_DEPTH:
             raise InputError(f"expected XML of at most {MAX_DEPTH:,} levels, got more")
         if left < 0:
-            raise InputError(f"expected XML of elements with something in them, got over {MANY:,} of a few bytes")
+            raise InputError(f"expected XML with at most {MANY:,} elements of a few bytes, got more")
         start(name, attributes)
 
     def ends(name: str) -> None:

@@ -19,7 +19,7 @@ from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
 from bobrossnet.tracing.scene import Scene
 
 MAX_PARTS = 200
-"""That are described one by one."""
+"""Maximum number of parts that are described one by one."""
 
 PRIMITIVES = {"mesh": "triangle", "brep": "face"}
 """The parts of shapes that hits name."""
@@ -138,7 +138,7 @@ def compared(first: Scene, second: Scene) -> dict[str, Any]:
 
 def differences(first: Scene, second: Scene, camera: Camera, both: Scene, size: Size) -> NDArray[np.uint8]:
     """Draw where two scenes differ, (H, W, 3): red where only the first has a surface, blue where only the second, and
-    else from gray to orange by the difference of depth. The camera is that of a scene of `both`."""
+    else from gray to orange by the difference of depth. The camera refers to the scene `both`."""
     depths = _depths(first, second, camera, both, size)
     first_hit, second_hit = np.isfinite(depths)
     apart = _apart(depths)

@@ -131,7 +131,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         if second is None:
             return told_face(measure_picks(a)) | {"first": told_pick(a)}
         b = _hit(space, "second", second)
-        if b.scene is not a.scene:  # of another view of the sheet, with another section or none
+        if b.scene is not a.scene:  # of another view of the sheet, with or without a section
             b = replace(b, scene=a.scene)
         between = measure_picks(a, b)
         return {
@@ -190,7 +190,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
 
 def _last(space: Workspace) -> Look:
     if space.last is None:
-        raise InputError("pick: expected a picture before; call look")
+        raise InputError("pick: expected an earlier picture; call look first")
     return space.last
 
 
@@ -206,7 +206,7 @@ def _hit(space: Workspace, name: str, pixel: list[int]) -> Pick:
 
 
 def _same_view(camera: Camera, reference: Scene, scene: Scene) -> Camera:
-    """The camera by which a scene has the scale and place that the reference has by the given one."""
+    """Return the camera that shows a scene at the scale and place of the reference under the given camera."""
     right, up, *_ = camera.core(reference.center, reference.radius).pose(1, 1)
     across = np.array([right, up])
     offset = across @ (reference.center - scene.center) + reference.radius * np.asarray(camera.pan)

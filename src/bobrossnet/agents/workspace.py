@@ -28,7 +28,7 @@ MAX_KEPT = 2
 """Files kept in memory: an agent compares one with another."""
 
 MAX_ENTRIES = 2000
-"""Of a folder, whose times tell whether a file is still the same."""
+"""Maximum number of a folder's entries whose times are compared, to see whether a file has changed."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Look:
     views: tuple[LookedAt, ...]
 
     def pick(self, row: int, column: int) -> Pick | None:
-        """The surface at a pixel; None where there is none."""
+        """Return the surface at a pixel; None at the background."""
         height, width = self.size
         if not (0 <= row < height and 0 <= column < width):
             raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
@@ -80,7 +80,7 @@ class Workspace:
     Parameters
     ----------
     folders : sequence of paths
-        Every path of an agent leads below one of these, after all links are followed.
+        An agent may only use paths below these folders, after all links are followed.
     """
 
     def __init__(self, folders: Sequence[str | os.PathLike[str]]) -> None:
@@ -129,7 +129,7 @@ class Workspace:
 
 
 def _state(path: Path) -> tuple[Any, ...]:
-    """What changes when a file does, or another one of its folder, such as its textures."""
+    """Return a value that changes with the file or its folder, which may hold its textures."""
     try:
         with os.scandir(path.parent) as entries:
             stats = [(entry.name, entry.stat()) for entry in islice(entries, MAX_ENTRIES)]

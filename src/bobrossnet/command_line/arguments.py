@@ -28,7 +28,7 @@ FILES = "; ".join(
 def add_files(parser: argparse.ArgumentParser) -> None:
     """Add the shape files that a command is about."""
     parser.add_argument("files", nargs="*", metavar="FILE", help=f"{FILES}; sample:NAME; - reads standard input")
-    parser.add_argument("--format", metavar="ENDING", help="of standard input, such as stl")
+    parser.add_argument("--format", metavar="ENDING", help="format of standard input, such as stl")
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
@@ -61,7 +61,9 @@ def _of_standard_input(ending: str | None, folder: str) -> str:
     """A file with the bytes of standard input."""
     known = f".{(ending or '').lower().lstrip('.')}"
     if known not in ALL_ENDINGS:
-        raise InputError(f"--format: expected standard input's, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}")
+        raise InputError(
+            f"--format: expected the format of standard input, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}"
+        )
     file = os.path.join(folder, f"standard input{known}")
     with open(file, "wb") as copy:
         shutil.copyfileobj(sys.stdin.buffer, copy)
@@ -71,7 +73,8 @@ def _of_standard_input(ending: str | None, folder: str) -> str:
 def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:
     """Add --size of pictures."""
     height, width = default
-    parser.add_argument("--size", type=size, default=default, metavar="WIDTHxHEIGHT", help=f"default: {width}x{height}")
+    what = f"size in pixels (default: {width}x{height})"
+    parser.add_argument("--size", type=size, default=default, metavar="WIDTHxHEIGHT", help=what)
 
 
 def add_fraction(container: argparse._ActionsContainer, default: float | None, told: str = "") -> None:
@@ -90,11 +93,12 @@ def add_orbit(parser: argparse.ArgumentParser) -> None:
     """Add the angles and the field of view of an orbiting camera."""
     home = Camera()
     for name, told in (
-        ("azimuth", f"default: {home.azimuth:g}, or {FRONT:g} where the file says that -y is the front"),
-        ("elevation", f"default: {home.elevation:g}"),
+        ("azimuth", f"angle about the vertical (default: {home.azimuth:g}, or {FRONT:g} if -y is the file's front)"),
+        ("elevation", f"angle above the horizon (default: {home.elevation:g})"),
     ):
         parser.add_argument(f"--{name}", type=float, metavar="DEGREES", help=told)
-    parser.add_argument("--roll", type=float, default=home.roll, metavar="DEGREES", help=f"default: {home.roll:g}")
+    roll = f"rotation of the camera, anticlockwise (default: {home.roll:g})"
+    parser.add_argument("--roll", type=float, default=home.roll, metavar="DEGREES", help=roll)
     add_view(parser)
     add_fov(parser)
 
@@ -145,13 +149,14 @@ def add_light(parser: argparse.ArgumentParser) -> None:
         "--light",
         default="headlight",
         metavar="LIGHT",
-        help="headlight, studio, or an equirectangular environment, .hdr, .exr or a picture (default: headlight)",
+        help="headlight, studio, or the file of an equirectangular environment: .hdr, .exr or a picture "
+        "(default: headlight)",
     )
     parser.add_argument(
         "--ground",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="shadows on a plane below the shapes (default: in the studio)",
+        help="draw shadows on a plane below the shapes (default: with the light studio)",
     )
 
 
@@ -163,8 +168,10 @@ def add_edges(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hidden", action="store_true", help="also draw hidden borders and creases, thin and dashed; implies --edges"
     )
-    parser.add_argument("--line-width", type=positive, metavar="PIXELS", help="of edges, at any zoom (default: 1.5)")
-    parser.add_argument("--line-color", metavar="COLOR", help="of edges (default: #000000)")
+    parser.add_argument(
+        "--line-width", type=positive, metavar="PIXELS", help="width of edges at any zoom (default: 1.5)"
+    )
+    parser.add_argument("--line-color", metavar="COLOR", help="color of edges (default: #000000)")
 
 
 def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
@@ -183,8 +190,8 @@ def add_section(parser: argparse.ArgumentParser, told: str = "cut the shapes ope
         action="append",
         type=section,
         metavar="PLANE",
-        help=f"{told}: x=0 and x<0 keep what is below x = 0, so that the camera sees the cut, and x>0 what "
-        "is above; in the shapes' units, up to six times",
+        help=f"{told}: x=0 or x<0 keeps the side of smaller x, so that the default camera sees the cut; x>0 keeps the "
+        "other side; in the shapes' units; may be given up to six times",
     )
 
 
@@ -198,16 +205,16 @@ def section(text: str) -> Section:
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
     """Add --scheduler, the address of a cluster."""
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="render on the cluster of this Dask scheduler")
 
 
 def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tuple[int, int]) -> None:
     """Add a folder of shape files, --out, which `told` describes, and the look of the pictures."""
-    parser.add_argument("folder", metavar="DIR", help="where the files are")
-    parser.add_argument("-o", "--out", required=True, metavar="OUT", help=f"{told}, made if missing")
+    parser.add_argument("folder", metavar="DIR", help="folder of the shape files")
+    parser.add_argument("-o", "--out", required=True, metavar="OUT", help=f"{told}; created if it does not exist")
     add_size(parser, size)
     add_up(parser)
-    add_samples(parser, 4, "rays at most for each pixel along edges, 1, 4 or 16")
+    add_samples(parser, 4, "maximum number of rays for a pixel at an edge: 1, 4 or 16")
     add_background(parser, "transparent")
     add_light(parser)
     add_scheduler(parser)
@@ -215,14 +222,14 @@ def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tup
 
 def add_up(parser: argparse.ArgumentParser, default: str = "auto") -> None:
     """Add --up, the up axis of the files."""
-    what = "the shapes' axis that points up, which is turned to z"
-    auto = "; auto is y for meshes that seem to lie, of formats that do not say, else z"
+    what = "the shapes' upward axis, which is turned to z"
+    auto = "; auto: y if the format does not record it and the mesh seems to lie, else z"
     parser.add_argument("--up", choices=UPS, default=default, help=f"{what}{auto} (default: {default})")
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
     """Add --view, the name of a view."""
-    parser.add_argument("--view", choices=tuple(VIEWS), help="instead of --azimuth and --elevation")
+    parser.add_argument("--view", choices=tuple(VIEWS), help="direction, instead of --azimuth and --elevation")
 
 
 def thumbnail_camera_of(options: argparse.Namespace) -> Camera | None:
@@ -236,7 +243,7 @@ def camera_of(options: argparse.Namespace, scene: Scene | None = None) -> Camera
     given = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
     if options.view is not None:
         if given:
-            raise InputError(f"--view: expected no --{next(iter(given))} beside it")
+            raise InputError(f"--view: expected no --{next(iter(given))} with it")
         given = dict(zip(("azimuth", "elevation"), VIEWS[options.view], strict=True))
     given |= {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan") if hasattr(options, name)}
     return replace(as_camera(None, scene), **given)

@@ -157,7 +157,7 @@ def parser() -> argparse.ArgumentParser:
     )
     view.set_defaults(run=_view)
     add_files(view)
-    view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
+    view.add_argument("--port", type=int, default=0, help="port of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
     add_up(view)
     add_fov(view)
@@ -166,7 +166,7 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument(
         "--export",
         metavar="PAGE.html|DIR",
-        help="write the shapes to a page of one file, or the page to a folder for any web server, and show nothing",
+        help="write a single-file page with the shapes, or a folder for any web server, without opening a browser",
     )
 
     mesh = commands.add_parser(
@@ -180,11 +180,13 @@ def parser() -> argparse.ArgumentParser:
         "--step",
         type=positive,
         metavar="LENGTH",
-        help="how long their sides are, in the files' unit (default: 1/128 of each shape's longest side)",
+        help="length of the triangles' sides, in the files' unit (default: 1/128 of each shape's longest side)",
     )
     add_up(mesh, "z")
     endings = ", ".join(MESH_FORMATS)
-    mesh.add_argument("-o", "--out", default="out.stl", metavar="MESH", help=f"{endings} (default: out.stl)")
+    mesh.add_argument(
+        "-o", "--out", default="out.stl", metavar="MESH", help=f"file to write: {endings} (default: out.stl)"
+    )
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)

@@ -9,11 +9,11 @@ from typing import Any
 from bobrossnet.command_line import arguments
 
 WHAT = {
-    "color": "of the picture",
-    "depth": "of the first surfaces",
-    "normal": "of these",
-    "albedo": "of these",
-    "mask": "not 0 where a pixel is known; by default the alpha, and without one, where there is light",
+    "color": "with the picture",
+    "depth": "with the depth of the first surfaces",
+    "normal": "with the normals of the first surfaces",
+    "albedo": "with the albedo of the first surfaces",
+    "mask": "that is not 0 at known pixels (default: alpha; without alpha, pixels that are not black are known)",
 }
 
 
@@ -21,16 +21,19 @@ def add(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
     command = commands.add_parser(
         "complete",
-        help="complete an OpenEXR picture of which few pixels were rendered",
-        description="Complete an OpenEXR picture of which few pixels were rendered. Where depth, normals or albedo are "
-        "known of all pixels, light follows them. Usual names of layers are known, those of Blender and Mitsuba too.",
+        help="complete a sparsely rendered OpenEXR picture",
+        description="Complete a sparsely rendered OpenEXR picture. If depth, normals or albedo are known at all "
+        "pixels, light is completed along them. Common names of layers are recognised, including "
+        "Blender's and Mitsuba's.",
     )
     command.set_defaults(run=run)
-    command.add_argument("file", metavar="SPARSE.exr", help="of scanlines or tiles, of one part or several")
+    command.add_argument(
+        "file", metavar="SPARSE.exr", help="an OpenEXR file with scanlines or tiles, and one or more parts"
+    )
     for role, what in WHAT.items():
         command.add_argument(f"--{role}", metavar="LAYER", help=f"the layer or channel {what}")
     arguments.add_model(command)
-    command.add_argument("-o", "--out", default="out.exr", metavar="FULL.exr", help="default: out.exr")
+    command.add_argument("-o", "--out", default="out.exr", metavar="FULL.exr", help="file to write (default: out.exr)")
 
 
 def run(options: argparse.Namespace) -> None:

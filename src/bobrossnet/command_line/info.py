@@ -22,8 +22,8 @@ MATERIAL = ("color", "ambient", "diffuse", "specular", "shininess", "metallic", 
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
-    what = "what is in a shape file, a scene, a weight file or a training's folder"
-    info = commands.add_parser("info", help=f"tell {what}", description=f"Tell {what}.")
+    what = "the contents of a shape file, a scene, a weight file or a training's folder"
+    info = commands.add_parser("info", help=f"list {what}", description=f"List {what}.")
     info.set_defaults(run=run)
     info.add_argument(
         "file",

@@ -15,7 +15,7 @@ def add(commands: Any) -> None:
         "the extra mcp.",
     )
     mcp.set_defaults(run=run)
-    mcp.add_argument("folders", nargs="*", default=["."], metavar="DIR", help="that it may read and write (default: .)")
+    mcp.add_argument("folders", nargs="*", default=["."], metavar="DIR", help="folders to read and write (default: .)")
     mcp.add_argument("--port", type=int, help="serve HTTP on this machine only, instead of standard input and output")
 
 

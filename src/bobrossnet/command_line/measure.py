@@ -17,8 +17,8 @@ def add(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
     measure = commands.add_parser(
         "measure",
-        help="tell the size, area and volume of shapes and their parts",
-        description="Tell the size, area and volume of shapes and their parts, in the unit of the file.",
+        help="print the size, area and volume of shapes and their parts",
+        description="Print the size, area and volume of shapes and their parts, in the unit of the file.",
     )
     measure.set_defaults(run=run)
     arguments.add_files(measure)

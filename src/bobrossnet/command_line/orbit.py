@@ -30,7 +30,7 @@ def add(commands: Any) -> None:
     orbit.add_argument(
         "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"
     )
-    arguments.add_samples(orbit, 4, "with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16")
+    arguments.add_samples(orbit, 4, "with --fraction 100%%: maximum number of rays for a pixel at an edge: 1, 4 or 16")
     arguments.add_background(orbit, "#ffffff")
     arguments.add_light(orbit)
     arguments.add_edges(orbit)

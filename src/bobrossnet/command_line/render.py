@@ -31,33 +31,33 @@ def add(commands: Any) -> None:
     render = commands.add_parser(
         "render",
         help="make a picture of shapes",
-        description="Make a picture of shapes. Of files it is exact and filled by what is seen. With --fraction or "
-        "--error some pixels are traced, in the bounding sphere, and the others completed; --panels compares these.",
+        description="Make a picture of shapes. By default, pictures of files are exact and framed by the silhouette. "
+        "With --fraction or --error, the bounding sphere is framed, some pixels are traced, and the others are "
+        "completed; --panels compares these.",
     )
     render.set_defaults(run=run)
     arguments.add_files(render)
     arguments.add_size(render)
     amount = render.add_mutually_exclusive_group()
-    arguments.add_fraction(amount, None, f"100%% of files, {100 * FRACTION:g}%% of the built-in scene or with --panels")
+    arguments.add_fraction(amount, None, f"100%% for files, else and with --panels {100 * FRACTION:g}%%")
     amount.add_argument(
         "--error",
         type=arguments.positive,
         metavar="GRAY",
-        help="trace as many pixels instead as it takes to expect this mean error, in gray of 0 to 1, such as 0.002",
+        help="trace until the predicted mean error is below this gray of 0 to 1, such as 0.002",
     )
     render.add_argument(
         "--order",
         default="default",
-        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {PRIORITY} from 512x512 pixels on, else "
-        f"{DEFAULT_ORDER})",
+        help=f"pixel order: {', '.join(ORDERS)} (default: {PRIORITY} from 512x512 pixels on, else {DEFAULT_ORDER})",
     )
-    render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
+    render.add_argument("--seed", type=int, default=0, help="seed of the order (default: 0)")
     arguments.add_orbit(render)
     arguments.add_zoom(render)
     for name, metavar, what in (
         ("pan", "X,Y", "moves the camera right and up, in radii of the bounding sphere"),
-        ("position", "X,Y,Z", "with --fov: where the camera stands, in the shapes' units, instead of an orbit"),
-        ("target", "X,Y,Z", "with --position: where it looks (default: the centre of the shapes)"),
+        ("position", "X,Y,Z", "with --fov: the camera's position in the shapes' units, instead of an orbit"),
+        ("target", "X,Y,Z", "with --position: a point in the middle of the picture (default: the shapes' centre)"),
     ):
         default = getattr(Camera(), name)
         render.add_argument(f"--{name}", type=arguments.numbers, default=default, metavar=metavar, help=what)
@@ -65,7 +65,7 @@ def add(commands: Any) -> None:
         "--fit",
         choices=("sphere", "silhouette"),
         help="framing: the bounding sphere, the same at any angle, or the visible silhouette, ignoring zoom and "
-        "pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
+        "pan (default: silhouette for files; sphere with --fraction, --error, --zoom, --pan or --position)",
     )
     arguments.add_up(render)
     arguments.add_parts(render)
@@ -75,29 +75,31 @@ def add(commands: Any) -> None:
         "--out",
         default="out.png",
         metavar="PICTURE",
-        help="default: out.png; with --style lines also .svg; - writes a PNG to standard output",
+        help="file to write, with --style lines also .svg; - writes a PNG to standard output (default: out.png)",
     )
     arguments.add_samples(
         render,
         None,
-        "of an exact picture: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
+        "for exact pictures: maximum number of rays for a pixel at an edge, 4 or 16; 1: one ray through each centre",
         "4",
     )
     arguments.add_background(
         render,
         None,
-        "transparent, #ffffff in formats that can't be",
+        "transparent, or #ffffff in formats without transparency",
     )
     arguments.add_light(render)
     render.add_argument(
         "--style",
         choices=("shaded", "lines"),
         default="shaded",
-        help="lines: the edges alone, on white, as a picture or as .svg (default: shaded)",
+        help="lines draws only the edges, on white (default: shaded)",
     )
     arguments.add_edges(render)
     arguments.add_section(render)
-    render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+    render.add_argument(
+        "--panels", action="store_true", help="draw three pictures: traced pixels on green, completed, reference"
+    )
     add_report(render)
 
 
@@ -130,7 +132,7 @@ def _camera(options: argparse.Namespace, scene: bob.Scene | None = None) -> Came
         return arguments.camera_of(options, scene)
     angles = {name: getattr(options, name) for name in ("azimuth", "elevation") if getattr(options, name) is not None}
     if options.view is not None:
-        raise InputError("--view: expected no --position or --target beside it")
+        raise InputError("--view: expected no --position or --target with it")
     held = {name: getattr(options, name) for name in ("roll", "zoom", "fov", "pan", "position", "target")}
     return Camera(**angles, **held)
 
@@ -167,10 +169,12 @@ def run(options: argparse.Namespace) -> None:
     _settle(options, is_seen)
     lines = arguments.edges(options, wanted=is_lines)
     if lines is not None and not is_seen:
-        raise bob.InputError("--edges: expected no --panels or .exr, which hold what the network and the tracer see")
+        raise bob.InputError(
+            "--edges: expected no --panels or .exr, which hold the pixels of the network and the tracer"
+        )
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
-            f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
+            f"{out}: expected no --panels, --background or --samples, which change only display pictures"
         )
     background = arguments.background(options.background)
     check_picture(options.samples, background, options.size)

@@ -32,7 +32,7 @@ def add(commands: Any) -> None:
         help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
     sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
-    sheet.add_argument("--unit", help="follows the dimensions, such as mm (default: the file's)")
+    sheet.add_argument("--unit", help="unit after the dimensions, such as mm (default: the file's)")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
     arguments.add_section(sheet, "add a view of the shapes cut open")

@@ -22,9 +22,9 @@ def add(commands: Any) -> None:
     thumbs.set_defaults(run=run)
     arguments.add_pictures_of_folder(thumbs, "folder for the pictures", (256, 256))
     arguments.add_orbit(thumbs)
-    thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
+    thumbs.add_argument("--anew", action="store_true", help="also make pictures that exist and are up to date")
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
-    thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
+    thumbs.add_argument("--sheet", metavar="PICTURE", help="also write one sheet with all pictures")
     add_report(thumbs)
 
 

@@ -147,7 +147,7 @@ class Calls:
             self._given = given
         for name in sorted(self._given ^ given):
             every, got = ("every", "none") if name in self._given else ("no", "some")
-            raise InputError(f"{name}: expected from {every} call of the tracer, as from its first, got {got}")
+            raise InputError(f"{name}: expected it from {every} call of the tracer, as in the first, got {got}")
 
     def turn_to(self, tracer: Tracer | AsyncTracer) -> None:
         """Call another tracer from now on, with the same sizes and limits.

@@ -36,8 +36,8 @@ class View:
         Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the
         same length. Their depth is over the unit sphere, which the camera sees. Their gray and colour are reprojected
         unchanged. It may return a future of its samples, and have the attributes `batch` and `in_flight`, as in
-        `progressive`. When the camera moves, waiting calls are cancelled. Samples of running calls are dropped; these
-        calls count as in flight until they end.
+        `progressive`. When the camera moves, waiting calls are cancelled. Running calls stay in
+        flight until they end, but their samples are dropped.
     model : str or path
         As in `progressive`.
     light, ground
@@ -143,8 +143,9 @@ class View:
                 raise
 
     def pick(self, row: int, column: int, *, snap: float = 0) -> Pick | None:
-        """Return the surface at a pixel of the last frame, or before one as the default camera sees it; None where
-        there is none.
+        """Return the surface at a pixel of the last frame; None at the background.
+
+        Before the first frame, the default camera is used.
 
         Parameters
         ----------
@@ -169,5 +170,5 @@ class View:
 
     def __reduce__(self) -> NoReturn:
         raise InputTypeError(
-            "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
+            "View: expected to stay where it was made, as its tracer may be running; make another of the same scene"
         )

@@ -19,7 +19,7 @@ class Planner:
     ----------
     size : (height, width)
     model : str, path or Network
-        As in `complete`; or "auto": for each frame the network with the least error in its time.
+        As in `complete`; or "auto": for each frame, the most accurate network within the frame budget.
     order : str
         The pixel order; "auto" has a choice of networks only with adaptive orders.
 

@@ -13,8 +13,8 @@ from bobrossnet.support.errors import InputError, check_integer
 MOST_SAMPLES = 64
 
 LIGHT = ("gray", "color")
-"""Channels that are averaged. Others are those of the sample next to the pixel's centre: a mean of depths lies on no
-surface."""
+"""Channels that are averaged. The other channels come from the sample nearest to the pixel's centre: a mean of depths
+lies on no surface."""
 
 
 class Positions:
@@ -43,7 +43,7 @@ class Positions:
         return batch // len(self)
 
     def of(self, pixels: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the positions of pixels, (n * samples, 2) rows and columns; those of one pixel follow each other."""
+        """Return the positions of pixels, (n * samples, 2) rows and columns, pixel after pixel."""
         positions: NDArray[np.float64] = (pixels[:, None] + self._offsets).reshape(-1, 2)
         return positions
 

@@ -27,7 +27,7 @@ from bobrossnet.tracing.scene import Scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
 CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples | SamplesFuture]
-"""From a camera and pixels, (n, 2) int32 rows and columns, to one sample per pixel centre, or a future of samples."""
+"""Maps a camera and pixels, (n, 2) int32 rows and columns, to a sample per pixel centre, or a future of samples."""
 
 RESHADED = Layout(_core.remembered_layout(False).names)
 """Channels kept of scenes of the core; gray is recomputed from them for any camera."""
@@ -52,7 +52,7 @@ class TracedFrames:
         self._seen = self._seen_by(camera)
         self._calls = Calls(self._seen.tracer if self._tracer is None else self._tracer)  # type: ignore[arg-type]
         self.picture = self._new_picture("adaptive")
-        """As the last camera sees it."""
+        """The picture under the last camera."""
         self.picture.trace_ahead()
         self.picture.warm_up()
 

@@ -78,8 +78,8 @@ def mix(
 ) -> None:
     """Write the mean of two networks' weights; the second must have been trained on from the first.
 
-    The mean keeps the abilities of the first and gains most of those of the second, since both lie in one valley of the
-    loss. Means of independently trained networks are useless.
+    The mean keeps the abilities of the first network and gains nearly all abilities of the second, because both lie in
+    one valley of the loss. Means of independently trained networks are useless.
 
     Parameters
     ----------

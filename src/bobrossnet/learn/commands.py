@@ -22,32 +22,33 @@ def add_commands(commands: Any) -> None:
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or resume one.")
     build.set_defaults(run=_dataset_build)
     build.add_argument("folder", metavar="DIR", help="the data set's folder, new or from an interrupted build")
-    build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --files)")
+    build.add_argument("--shapes", type=int, help="number of generated shapes (default: 479; 0 with --files)")
     build.add_argument(
         "--files",
         nargs="+",
         default=[],
         metavar="PLACE",
-        help="shape files, or folders of them, to take instead, or with --shapes as well",
+        help="shape files, or folders of them, instead of generated shapes, or with --shapes in addition",
     )
-    build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
-    build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
+    build.add_argument("--test-shapes", type=int, default=10, help="number of shapes for testing (default: 10)")
+    build.add_argument("--seed", type=int, default=0, help="seed of shapes, cameras, splits and masks (default: 0)")
     build.add_argument(
         "--colored",
         action="store_true",
-        help="with colours and textures on three quarters of the made shapes, and half of the views in perspective",
+        help="give three quarters of the generated shapes colours and textures, and render half of the views in "
+        "perspective",
     )
     arguments.add_scheduler(build)
 
     compare = actions.add_parser(
         "compare",
-        help="with real shapes",
-        description="Say how far a data set's pictures are like pictures of real shapes from the same places.",
+        help="compare a data set with real shapes",
+        description="Compare a data set's pictures with those of real shapes from the same directions.",
     )
     compare.set_defaults(run=_dataset_compare)
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
-    compare.add_argument("folder", metavar="FOLDER", help="of shape files")
-    compare.add_argument("--limit", type=int, help="how many files at most, spread over the folder")
+    compare.add_argument("folder", metavar="FOLDER", help="folder of shape files")
+    compare.add_argument("--limit", type=int, help="maximum number of files, taken evenly from the folder")
     compare.add_argument("--markdown", metavar="FILE", help="also write the table to this file")
 
     views = actions.add_parser(
@@ -63,7 +64,8 @@ def add_commands(commands: Any) -> None:
         "--format",
         choices=("npz", "exr", "webdataset"),
         default="npz",
-        help="arrays next to PNG and transforms.json of nerfstudio, in npz or EXR; or one tar for each shape",
+        help="npz or exr: a folder for each shape with nerfstudio's transforms.json, and arrays as .npz or .exr; "
+        "webdataset: a tar for each shape (default: npz)",
     )
 
     train = commands.add_parser(
@@ -82,23 +84,23 @@ def add_commands(commands: Any) -> None:
 
     evaluate = commands.add_parser(
         "evaluate",
-        help="measure models against plain filling",
-        description="Measure models on a data set's test split or on files, with one or more pixel orders, against "
-        "plain filling of the same pixels.",
+        help="measure networks next to classical interpolation",
+        description="Measure networks on a data set's test split or on files, with one or more pixel orders, next to "
+        "classical interpolation of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
     evaluate.add_argument("place", nargs="?", metavar="PLACE", help="a data set, or a folder of shape files")
     evaluate.add_argument(
         "--quick",
         action="store_true",
-        help="answer within two minutes: the default model at 1, 5 and 25 %% of at most 24 shapes, made ones without a "
-        "PLACE; the other options still hold",
+        help="finish within two minutes: the default model at 1, 5 and 25 %% of the pixels of at most 24 shapes, which "
+        "are generated if PLACE is missing; other options still apply",
     )
     evaluate.add_argument(
         "--models",
         nargs="+",
         metavar="NAME",
-        help="of shipped weights, or .safetensors files (default: default paper)",
+        help="names of shipped weights, or .safetensors files (default: default paper)",
     )
     evaluate.add_argument(
         "--fractions",
@@ -110,31 +112,33 @@ def add_commands(commands: Any) -> None:
         "--orders",
         type=lambda text: text.split(","),
         metavar="NAME,...",
-        help="sequences of the pixels (default: uniform)",
+        help="pixel orders (default: uniform)",
     )
     evaluate.add_argument(
-        "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
+        "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="size of pictures of files (default: 256x256)"
     )
     evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="at most how many shapes, spread evenly over all")
+    evaluate.add_argument("--limit", type=int, help="maximum number of shapes, taken evenly from all")
     evaluate.add_argument(
-        "--stability", action="store_true", help="measure the flicker of converging pictures and of orbits as well"
+        "--stability", action="store_true", help="also measure the flicker of converging pictures and of orbits"
     )
     evaluate.add_argument(
         "--color", action="store_true", help="complete and measure files in colour: luminance, components, sRGB"
     )
-    evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
-    evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
+    evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture to this file")
+    evaluate.add_argument("--markdown", metavar="FILE", help="write the tables to this file")
 
     calibrate = commands.add_parser(
         "calibrate",
-        help="learn how wrong completed pictures are",
-        description="Learn to predict how wrong completed pictures are, from shapes that the package makes itself.",
+        help="learn to predict errors of completed pictures",
+        description="Learn to predict errors of completed pictures, from generated shapes.",
     )
     calibrate.set_defaults(run=_calibrate)
     calibrate.add_argument("out", metavar="FILE.safetensors", help="the file to write")
-    calibrate.add_argument("--model", default="default", metavar="NAME", help="whose pictures (default: default)")
-    calibrate.add_argument("--shapes", type=int, default=250, help="how many (default: 250)")
+    calibrate.add_argument(
+        "--model", default="default", metavar="NAME", help="network that completes them (default: default)"
+    )
+    calibrate.add_argument("--shapes", type=int, default=250, help="number of shapes (default: 250)")
 
     figures = commands.add_parser(
         "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
@@ -143,12 +147,16 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
-    figures.add_argument("--shape", metavar="FILE", help="the shape shown; by default the built-in scene")
+    figures.add_argument("--shape", metavar="FILE", help="the shape to show (default: the built-in scene)")
     arguments.add_up(figures, "z")
-    figures.add_argument("--scores", metavar="FILE.csv", help="the table that evaluate wrote, likewise")
-    figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
-    figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
-    figures.add_argument("--only", metavar="NAME,…", help="only these, such as 2.1,4.1")
+    figures.add_argument(
+        "--scores", metavar="FILE.csv", help="evaluate's table; without one, figures that need it are left out"
+    )
+    figures.add_argument(
+        "--steps", type=int, default=400, help="steps of each training that compares losses (default: 400)"
+    )
+    figures.add_argument("--frames", type=int, default=60, help="frames that measure stability (default: 60)")
+    figures.add_argument("--only", metavar="NAME,…", help="figures to draw, such as 2.1,4.1 (default: all)")
 
 
 def _dataset_build(options: argparse.Namespace) -> None:
@@ -236,7 +244,7 @@ def _evaluate(options: argparse.Namespace) -> None:
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
     if options.place is None and not options.quick:
-        raise InputError("PLACE: expected a data set or a folder of shape files; --quick makes shapes of its own")
+        raise InputError("PLACE: expected a data set or a folder of shape files; --quick generates shapes")
     names = ("orders", "limit", "fractions", "size", "views")
     given: dict[str, Any] = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     models = options.models or (MODELS[:1] if options.quick else MODELS)

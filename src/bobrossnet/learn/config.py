@@ -95,7 +95,7 @@ def adamw(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
 def adadelta(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
     """Return AdaDelta with ρ 0.95 and ε 1e-6 of Zeiler, *ADADELTA: an adaptive learning rate method*, 2012.
 
-    It adapts its step length itself; a learning rate of 1 leaves that unchanged. Keras had the same rate and ρ.
+    It adapts its own step length, which a learning rate of 1 leaves unchanged. Keras used the same rate and ρ.
     """
     return torch.optim.Adadelta(network.parameters(), config.learning_rate, rho=0.95, eps=1e-6)
 

@@ -37,15 +37,15 @@ class Measures:
     high: Point
     """(3,)"""
     area: float
-    """Of all surfaces, in squares of the unit."""
+    """Area of all surfaces, in squares of the unit."""
     volume: float | None
-    """In cubes of the unit; None unless all surfaces are closed. Where parts overlap, both count."""
+    """Volume in cubes of the unit; None unless all surfaces are closed. Where parts overlap, both count."""
     error: float
     """Estimated relative error of area and volume."""
     unit: str | None
     """None where the file does not say."""
     parts: tuple[Measures, ...] = ()
-    """The parts with surfaces of their own, in the sequence of the tree; not parts that only group others."""
+    """The parts with surfaces, in the sequence of the tree, without parts that only group others."""
 
     @property
     def size(self) -> Point:
@@ -76,17 +76,17 @@ class FaceMeasures:
     normal: Point
     """(3,)"""
     radius: float | None
-    """Of a cylinder, a sphere or a torus' tube; of a cone at the point."""
+    """Radius of a cylinder, a sphere or a torus' tube; of a cone, at the point."""
     major_radius: float | None
-    """Of a torus' centre line."""
+    """Radius of a torus' centre line."""
     half_angle: float | None
-    """Of a cone, in degrees."""
+    """Half the angle of a cone, in degrees."""
     center: Point | None
     """(3,) of a sphere or torus, a cone's apex, or a point of a cylinder's axis."""
     axis: Point | None
     """(3,) unit vector of a cylinder, cone or torus; a plane's normal."""
     area: float | None
-    """Of the face, in squares of the unit; of a cylinder and the like with the neighbours that continue it."""
+    """Area of the face, in squares of the unit, with the neighbours that continue a cylinder, cone, sphere or torus."""
     thickness: float | None
     """Length from the point to the next surface, along the normal into the shape; None without a second surface, and
     for a snapped point."""
@@ -100,7 +100,7 @@ class Between:
     """Two picks."""
 
     distance: float
-    """Of the points."""
+    """Distance of the points."""
     offset: Point
     """(3,): from the first to the second."""
     angle: float
@@ -121,17 +121,17 @@ def measure(what: Part | SceneLike, other: None = None, *, unit: str | None = No
 def measure(
     what: Part | Pick | SceneLike, other: Pick | None = None, *, unit: str | None = None
 ) -> Measures | FaceMeasures | Between:
-    """Measure a scene, a part, a face, or what is between two points.
+    """Measure a scene, a part, a face, or the distance between two points.
 
-    Meshes and the faces of NURBS are measured as they are: by sums over triangles and integrals over trimmed faces. The
-    area and volume of formulas and tubes come from two meshes, and `Measures.error` says how far to trust them.
+    Meshes and the faces of NURBS are measured exactly: by sums over triangles and integrals over trimmed faces. The
+    area and volume of formulas and tubes are estimated from two meshes, with the error `Measures.error`.
 
     Parameters
     ----------
     what : Scene, Shape, Part, path or Pick
-        A `Pick` is what `pick` or `View.pick` returns.
+        A `Pick` comes from `pick` or `View.pick`.
     other : Pick, optional
-        A second one, of the same scene.
+        A second pick of the same scene.
     unit : str, optional
         A unit such as "mm" or "in" to convert lengths to; by default the scene's own.
 
@@ -353,7 +353,7 @@ def _between(a: Pick, b: Pick, scale: float, unit: str | None) -> Between:
 
 
 def _said(pick: Pick, scale: float, unit: str | None) -> str:
-    """Return what a pick was snapped to, in words."""
+    """Name the feature that a pick snapped to."""
     if pick.radius is not None:
         what = "centre" if pick.snapped == "center" else "edge"
         return f"{what} of a circle, radius {scale * pick.radius:.6g}{f' {unit}' if unit else ''}"

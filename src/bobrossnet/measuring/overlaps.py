@@ -16,13 +16,13 @@ SIDE = 48
 """Rays along each side of the box that two parts share."""
 
 SHIFT = 0.0137
-"""Of rays from the middle of their cells, in cells: edges of symmetric shapes lie there."""
+"""Offset of rays from the middle of their cells, in cells: edges of symmetric shapes often lie in the middle."""
 
 TOUCHING = 1e-4
-"""Depth up to which parts only touch, in diagonals of the smaller box: above rounding and the tracer's steps."""
+"""Parts that overlap less only touch, in diagonals of the smaller box: above rounding and the tracer's steps."""
 
 MAX_PAIRS = 500
-"""Of parts whose boxes overlap, each for about 20 ms."""
+"""Maximum number of pairs of parts with overlapping boxes to examine, at about 20 ms each."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,7 @@ class Pick:
     snapped: str | None = None
     """corner, middle (of an edge), center (of a circle) or edge, if the point was snapped to one."""
     radius: float | None = None
-    """Of the circle whose center or edge the point was snapped to."""
+    """Radius of the circle whose center or edge the point was snapped to."""
 
 
 def pick(

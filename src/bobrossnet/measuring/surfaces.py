@@ -31,11 +31,11 @@ class Surface:
     axis: Point | None = None
     """(3,) unit vector of a cylinder, cone or torus; a plane's normal."""
     radius: float | None = None
-    """Of a cylinder or sphere; of a torus' tube."""
+    """Radius of a cylinder, a sphere or a torus' tube."""
     major_radius: float | None = None
-    """Of a torus' centre line."""
+    """Radius of a torus' centre line."""
     half_angle: float | None = None
-    """Of a cone, in degrees."""
+    """Half the angle of a cone, in degrees."""
 
     def same_as(self, other: Surface, size: float) -> bool:
         """Whether two faces lie on one surface; planes do not count."""

@@ -21,7 +21,7 @@ def attributes(
     Raises
     ------
     InputError
-        If one is out of range, or the light is none that the page has.
+        If one is out of range, or the page does not have the light.
     """
     if light not in (None, HEADLIGHT, STUDIO):
         raise InputError(f"light: expected {HEADLIGHT} or {STUDIO} in a page, got {brief(light)}")

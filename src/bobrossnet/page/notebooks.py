@@ -58,7 +58,7 @@ def view(
     background : color, two colors, or None
         As in `render`.
     light : "headlight" or "studio", optional
-        As in `render`; by default the scene's if it is one of these, otherwise the headlight.
+        As in `render`; by default the scene's light if a notebook has it, otherwise the headlight.
 
     Returns
     -------

@@ -76,7 +76,7 @@ class SceneView(anywidget.AnyWidget):
     def _check_camera(self, proposal: Any) -> Camera:
         camera: Camera = proposal["value"]
         if camera.position is not None:
-            raise InputError("camera: expected one on an orbit, which hands can turn, got one at a position")
+            raise InputError("camera: expected an orbiting camera, got one at a position")
         return camera
 
     def __repr__(self) -> str:

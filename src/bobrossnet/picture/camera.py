@@ -222,7 +222,7 @@ def orbiting(camera: CameraLike | None, scene: Fronted | None = None) -> Camera:
     """Return an orbiting camera, by default as `as_camera`; raise InputError if it has a position."""
     camera = as_camera(camera, scene)
     if camera.position is not None:
-        raise InputError("camera: expected one that orbits, got one that stands at a position")
+        raise InputError("camera: expected an orbiting camera, got one at a position")
     return camera
 
 

@@ -112,7 +112,7 @@ class ExrFile:
     def is_dense(self, name: str) -> bool:
         """Return whether a channel is known at all pixels.
 
-        It is if it, or the other channels of its role, are nonzero about equally often outside and inside the mask.
+        It is if the channels of its role together are nonzero about equally often outside and inside the mask.
         """
         group = next((names for names in self.roles.values() if name in names), [name])
         traced, present = self.traced(), np.any([self.planes[each] != 0 for each in group], axis=0)

@@ -52,7 +52,7 @@ class Edges:
     width: float = 1.5
     """Width in pixels, 0.1..100, whatever the zoom. Hidden lines have 0.6 of it, and dashes."""
     color: Color = "#000000"
-    """As a material's color."""
+    """Color of the lines, in any form that `Material.color` accepts."""
     hidden: bool = field(default=False, kw_only=True)
     """Whether to draw hidden borders of NURBS faces and hidden creases of meshes, too."""
     smooth: bool = field(default=True, kw_only=True)

@@ -24,7 +24,7 @@ PLACE = 1.0
 """Pixels between places whose visibility is tested: gaps and dashes are longer."""
 
 IN_FRONT = 0.5
-"""Distance in pixels at which a surface hides edges behind it. Visible edges lie under visible lines."""
+"""A surface hides edges at this distance in pixels behind it. Visible edges lie under visible lines."""
 
 MAX_PLACES = 2**22
 """Maximum number of places tested: a second or two of rays."""

@@ -38,8 +38,8 @@ VISIBLE_NOISE = 1 / 255
 """Standard deviation, in sRGB 0..1."""
 
 MAX_PASSES = 4
-"""Of pixels with visible noise. Mean square errors of three pictures fall by 20 to 34 % in 5 to 30 % more time; with 8
-passes, by another 4 to 9 %."""
+"""Passes over pixels with visible noise. Mean square errors of three pictures fall by 20 to 34 % in 5 to 30 % more
+time; with 8 passes, by another 4 to 9 %."""
 
 MOST_ACROSS = 2**31 - 1
 """Maximum number of rays in a row or a column of the picture: the core counts them in int32."""

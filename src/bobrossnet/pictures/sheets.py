@@ -40,14 +40,14 @@ LAYOUT = ("top", "isometric", "front", "right")
 """Third-angle projection: the top view lies above the front view, the right view to its right."""
 
 PIXELS_A_PLACE = 16
-"""Of which one is asked for its part."""
+"""One pixel in this number is traced, to find the visible parts."""
 
 MAX_NAMES = 12
 
 LINES = Edges(1.25, "#141820")
 
 LINE_SHARE, LEAST_LINE = 40, 14
-"""Lines of text in the shorter side, and their least pixels: letters stay legible on 768 pixels."""
+"""Lines of text that fill the shorter side, and their minimum height in pixels: letters stay legible on 768 pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class SheetView:
     top: int
     size: Size
     axes: str | None
-    """Those across and up, whose dimensions are drawn; None if the view shows others."""
+    """Axes to the right and up, whose dimensions are drawn; None for oblique views."""
 
     @property
     def middle(self) -> Place:
@@ -85,7 +85,7 @@ class Sheet:
     views: tuple[SheetView, ...]
     sections: tuple[Section, ...]
     pixels: float
-    """Of a unit of length."""
+    """Pixels of a unit of length."""
     line: int
     """Pixels of a line of text."""
     unit: str
@@ -235,7 +235,7 @@ def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, s
 
 
 def _axis(section: Section) -> tuple[int | None, float]:
-    """Return the axis along a section's normal and the coordinate of its plane; None if there is none."""
+    """Return the axis along a section's normal, None if it is oblique, and the coordinate of its plane."""
     axis = int(np.argmax(np.abs(section.normal)))
     if not np.allclose(np.delete(section.normal, axis), 0, atol=1e-9):
         return None, 0.0

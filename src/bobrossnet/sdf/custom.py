@@ -16,8 +16,8 @@
 
 The inner function takes points (n, 2) or (n, 3) and returns a number for each, (n,) or (n, 1), negative inside. It is
 called once, with symbols in place of points, and may use numpy's functions; `np.where` replaces Python's `if`. In
-operations, `other(p)` is the other shape's value at the points, (n, 1), and carries its colour: through functions of it
-alone, and through the choices `np.minimum`, `np.maximum` and `np.where`. Other mixtures of two colours, such as sums,
+operations, `other(p)` is the other shape's value at the points, (n, 1). Its colour is kept by functions of `other(p)`
+alone, and by the choices `np.minimum`, `np.maximum` and `np.where`. Other combinations of two colours, such as sums,
 have no colour.
 """
 

@@ -22,7 +22,7 @@ class SDF2(Flat):
         """All points in every one of the shapes; k rounds the edges."""
 
     def blend(self, *bs: SDF2, k: float = ...) -> SDF2:
-        """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
+        """A weighted mean of distances: k for each next shape, 1 - k for the result so far."""
 
     def negate(self) -> SDF2:
         """Inside out."""
@@ -71,7 +71,7 @@ def circle(radius: float = ..., center: Vector = ...) -> SDF2:
     """A disk."""
 
 def line(normal: Vector = ..., point: Vector = ...) -> SDF2:
-    """Half of the plane: the side of the point that the normal leads to."""
+    """Half of the plane: the side that the normal points to."""
 
 def slab(
     x0: float | None = ...,
@@ -113,7 +113,7 @@ def intersection(a: SDF2, *bs: SDF2, k: float | None = ...) -> SDF2:
     """All points in every one of the shapes; k rounds the edges."""
 
 def blend(a: SDF2, *bs: SDF2, k: float = ...) -> SDF2:
-    """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
+    """A weighted mean of distances: k for each next shape, 1 - k for the result so far."""
 
 def negate(other: SDF2) -> SDF2:
     """Inside out."""

@@ -24,7 +24,7 @@ class SDF3(Solid):
         """All points in every one of the shapes; k rounds the edges."""
 
     def blend(self, *bs: SDF3, k: float = ...) -> SDF3:
-        """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
+        """A weighted mean of distances: k for each next shape, 1 - k for the result so far."""
 
     def negate(self) -> SDF3:
         """Inside out."""
@@ -94,7 +94,7 @@ def sphere(radius: float = ..., center: Vector = ...) -> SDF3:
     """A ball."""
 
 def plane(normal: Vector = ..., point: Vector = ...) -> SDF3:
-    """Half of space: the side of the point that the normal leads to."""
+    """Half of space: the side that the normal points to."""
 
 def slab(
     x0: float | None = ...,
@@ -165,7 +165,7 @@ def intersection(a: SDF3, *bs: SDF3, k: float | None = ...) -> SDF3:
     """All points in every one of the shapes; k rounds the edges."""
 
 def blend(a: SDF3, *bs: SDF3, k: float = ...) -> SDF3:
-    """A mean of the shapes' distances, the next one counting k, those before it 1 - k."""
+    """A weighted mean of distances: k for each next shape, 1 - k for the result so far."""
 
 def negate(other: SDF3) -> SDF3:
     """Inside out."""

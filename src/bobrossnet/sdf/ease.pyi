@@ -3,7 +3,7 @@
 from typing import Any
 
 def linear(t: Any) -> Any:
-    """At one speed."""
+    """Constant speed."""
 
 def in_quad(t: Any) -> Any:
     """Speeds up: a parabola."""
@@ -54,10 +54,10 @@ def in_expo(t: Any) -> Any:
     """Doubles every tenth of the way."""
 
 def out_expo(t: Any) -> Any:
-    """Halves the rest every tenth of the way."""
+    """Halves the remainder every tenth of the way."""
 
 def in_out_expo(t: Any) -> Any:
-    """Doubles every twentieth of the way, then halves the rest."""
+    """Doubles every twentieth of the way, then halves the remainder."""
 
 def in_circ(t: Any) -> Any:
     """Speeds up: a quarter of a circle, level at the start."""
@@ -69,22 +69,22 @@ def in_out_circ(t: Any) -> Any:
     """Two quarters of circles, level at both ends."""
 
 def in_elastic(t: Any, k: float = ...) -> Any:
-    """Swings more and more, with period k, before it goes."""
+    """Oscillates with period k and growing amplitude, then moves."""
 
 def out_elastic(t: Any, k: float = ...) -> Any:
-    """Goes too far and swings less and less, with period k."""
+    """Overshoots, then oscillates with period k and shrinking amplitude."""
 
 def in_out_elastic(t: Any, k: float = ...) -> Any:
-    """Swings at both ends, with half the period k."""
+    """Oscillates at both ends, with half the period k."""
 
 def in_back(t: Any) -> Any:
     """Draws back by a tenth first."""
 
 def out_back(t: Any) -> Any:
-    """Goes too far by a tenth, and back."""
+    """Overshoots by a tenth, then returns."""
 
 def in_out_back(t: Any) -> Any:
-    """Draws back first, and goes too far at the end."""
+    """Draws back first, and overshoots at the end."""
 
 def in_bounce(t: Any) -> Any:
     """Bounces higher and higher."""

@@ -30,7 +30,7 @@ SAG = 2e-6
 """Maximum distance of chords from the curve, in the scene's radii."""
 
 HALVINGS = 40
-"""Of a segment, at most."""
+"""Maximum number of times that a segment is halved."""
 
 BEND, KINK = 0.02, 1e-7
 """Segments are halved where a chord is farther from the curve than this share of its length, down to this length in the
@@ -43,7 +43,7 @@ TOUCHING = 1e-9
 """Ends of curves of a mesh that are this close are joined, in the scene's radii."""
 
 IN_PLANE = 1e-9
-"""By how much cuts of breps are moved to the kept side, in the scene's radii, so that no face lies in the plane."""
+"""Cuts of breps are moved this far to the kept side, in the scene's radii, so that no face lies in the plane."""
 
 
 class Plane(NamedTuple):
@@ -329,7 +329,7 @@ class _FaceCut:
         return value, np.stack([by[:, 1, 0] @ self.normal, by[:, 0, 1] @ self.normal], axis=1)
 
     def _on_line(self, a: Values, b: Values, share: Values) -> Values:
-        """Where lines of parameters from a to b cross the plane: Newton's method from a share of each, or bisection."""
+        """Return where parameter lines from a to b cross the plane, by Newton's method from a share or bisection."""
         low, high = np.zeros(len(a)), np.ones(len(a))
         is_beyond = self._distance(a)[0] >= 0
         for _ in range(40):
@@ -429,7 +429,7 @@ def _tangent(curves: list[Curve], end: int) -> tuple[Values, Values]:
 
 
 def _meeting(a: tuple[Values, Values], b: tuple[Values, Values], distance: float) -> Values:
-    """Where two lines meet, if that is near; otherwise halfway between their points."""
+    """Return the point where two lines meet, if that is near; otherwise halfway between their points."""
     (p, d), (q, e) = a, b
     half: Values = (p + q) / 2
     sine = d[0] * e[1] - d[1] * e[0]

@@ -151,7 +151,7 @@ class Implicit(Shape):
         except ValueError as error:
             raise InputError(f"step: expected a larger one than {length:g}, which makes {error}") from None
         if not len(triangles):
-            raise InputError(f"step: expected one that is less than the shape is thick, got {length:g}")
+            raise InputError(f"step: expected less than the shape's thickness, got {length:g}")
         colors = self.core.colors(vertices) if self.is_colored else None
         return Mesh.owning(vertices, triangles, colors)
 

@@ -191,7 +191,7 @@ class Face:
         try:
             at_u, at_v = np.broadcast_arrays(at_u, at_v)
         except ValueError:
-            raise InputError(f"v: expected a shape that goes with u's {at_u.shape}, got {at_v.shape}") from None
+            raise InputError(f"v: expected a shape that broadcasts with u's {at_u.shape}, got {at_v.shape}") from None
         result = _core.surface_derivatives(
             _core.homogeneous(_with_weights(self)).reshape(*self.control_points.shape[:2], 4),
             self.knots_u,
@@ -300,7 +300,7 @@ class Brep(Shape):
 
     @lazy
     def _extremes(self) -> dict[bytes, Values]:
-        """By the linear parts of the matrices so far."""
+        """Extremes found so far, by the linear part of the matrix."""
         return {}
 
     @lazy

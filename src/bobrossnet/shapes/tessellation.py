@@ -306,7 +306,7 @@ def _joined(parts: list[Part], weld: float) -> Mesh:
     kept = (a != b) & (b != c) & (c != a)
     triangles, owner = triangles[kept], owner[kept]
     if not len(triangles):
-        raise InputError("step: expected one that is less than the shape is wide, got one that leaves nothing")
+        raise InputError("step: expected less than the shape's width, got a step that leaves nothing")
     triangles = _facing_alike(points, triangles, owner, len(parts))
     used, triangles = np.unique(triangles, return_inverse=True)
     colors = [part.color for part in parts if part.color is not None]

@@ -211,7 +211,7 @@ def check_count(corners: float, step: float) -> None:
 
 
 class Circles:
-    """The circles along which a moving ball touches the tube that it sweeps, as polygons of as many corners each.
+    """The circles along which a moving ball touches the tube that it sweeps, as polygons with equal numbers of corners.
 
     A ball of radius r at c touches it where the direction from c is at right angles to the motion of its surface: on
     the circle of radius r sqrt(1 - s^2) around c - r s t, where t is the unit tangent and s = dr/ds along the curve. At

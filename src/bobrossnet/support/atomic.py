@@ -22,7 +22,7 @@ def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterab
     ----------
     path : str or path
     what : str
-        What is written, such as "a picture"; without it, any ending is allowed.
+        Kind of content, such as "a picture"; if empty, any ending is allowed.
     endings : iterable of str
         Endings of its formats, in lower case.
 

@@ -70,9 +70,7 @@ class Turns:
 
     def __enter__(self) -> None:
         if self._is_broken:
-            raise InputError(
-                f"{self._name}: expected one that no other thread used as this process was forked; make another"
-            )
+            raise InputError(f"{self._name}: expected one that was idle when this process was forked; make another")
         if self._user == get_ident():
             raise InputError(f"{self._name}: expected one call at a time, got another from within its own tracer")
         self._lock.acquire()

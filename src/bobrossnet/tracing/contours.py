@@ -33,20 +33,20 @@ class ContourPart(NamedTuple):
     instance: int
     """Its index in `Scene.instances`."""
     name: str
-    """As the instance's; otherwise "part" and its number from 1 on."""
+    """Name of the instance; for unnamed ones, "part" and the number from 1 on."""
     color: tuple[float, float, float]
-    """Of its material, linear RGB."""
+    """Colour of its material, linear RGB."""
     curves: tuple[Curve, ...]
     """Closed ones first: borders anticlockwise, holes clockwise."""
 
     @property
     def area(self) -> float:
-        """Of the cap, without its holes."""
+        """Area of the cap, without its holes."""
         return sum(curve.area() for curve in self.curves)
 
     @property
     def length(self) -> float:
-        """Of all curves."""
+        """Length of all curves."""
         return sum(curve.length() for curve in self.curves)
 
     @property
@@ -169,7 +169,7 @@ def section(scene: SceneLike, section: Section | str) -> Contours:
     """
     whole, chosen = as_scene(scene), check_sections(section)
     if len(chosen) != 1:
-        raise InputTypeError(f"section: expected one, got {len(chosen)}")
+        raise InputTypeError(f"section: expected one section, got {len(chosen)}")
     (one,) = chosen
     plane = Plane(np.array(one.normal), one.offset, one.axes(), whole.radius)
     corners = np.stack([whole.boxes[:, corner, range(3)] for corner in np.ndindex(2, 2, 2)], axis=1)

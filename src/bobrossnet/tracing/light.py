@@ -57,7 +57,7 @@ class Light:
     """
 
     direction: tuple[float, float, float]
-    """Of length 1."""
+    """Unit vector towards the light."""
     angle: float
     color: tuple[float, float, float]
     """Linear RGB, 0..1."""

@@ -29,7 +29,7 @@ from bobrossnet.tracing.light import (
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
-"""What light is, at a pixel."""
+"""Channels of a lit pixel."""
 
 PATHS: int = _core.LIGHT_PATHS
 """Paths of a pixel at each visit."""

@@ -298,7 +298,7 @@ def without(scene: AnyScene, parts: Iterable[Any]) -> AnyScene:
     kept = [_cut(instance, _others(instance, chosen.get(i, []))) for i, instance in enumerate(scene.instances)]
     instances = [instance for instance in kept if instance is not None]
     if not instances:
-        raise InputError("parts: expected some that stay, got all of the scene")
+        raise InputError("parts: expected to keep at least one, got all of the scene")
     return scene.of(instances)
 
 

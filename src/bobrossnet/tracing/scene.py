@@ -86,11 +86,11 @@ class Scene:
     light : str, path, Light, Sky or several, optional
         As in `render`: the default light of its pictures. Scene files do not store it.
     ground : bool, optional
-        As in `render`, likewise.
+        As in `render`: the default ground of its pictures. Scene files do not store it.
     section : Section, text such as "x=0", or up to six of them, optional
-        Planes that cut the scene open: what all of them keep is seen. Where a plane cuts a solid, a hatched cap of the
-        solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere stays.
-        Scene files do not store sections.
+        Planes that cut the scene open; the part that all of them keep is visible. Where a plane cuts a solid, a hatched
+        cap of the solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere
+        does not change. Scene files do not store sections.
     unit : str, optional
         The unit of lengths, such as "mm", "m" or "in", to which scenes of other units are converted. By default that of
         the first scene or file that has one.
@@ -194,8 +194,7 @@ class Scene:
         return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
-        """Return the scene rotated from y up, the habit of games and films, to z up. Its front, by that habit +z, is
-        then -y."""
+        """Return the scene rotated from y up, common in games and films, to z up. Its front moves from +z to -y."""
         return self.turned("y")
 
     def turned(self, up: str) -> Scene:

@@ -22,7 +22,7 @@ from bobrossnet.support.errors import (
 )
 
 MAX_SECTIONS: int = _core.MAX_SECTIONS
-"""Of a scene: the sides of a box."""
+"""Maximum number of sections of a scene: the six sides of a box."""
 
 PATTERN = re.compile(
     r"\s*([xyz])\s*(<=|>=|=|<|>)\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)\s*", re.IGNORECASE
@@ -44,14 +44,14 @@ class Section:
     Parameters
     ----------
     normal : (x, y, z), or text
-        Of any length but zero, in the scene's coordinates; or the whole section as text.
+        A nonzero vector in the scene's coordinates; or the whole section as text.
     offset : number
         Distance of the plane from the scene's origin along the normal, in lengths of the normal.
 
     Raises
     ------
     InputError
-        If a value is out of range or not a number, or the text means nothing.
+        If a value is out of range or not a number, or the text is not a section.
 
     Examples
     --------
@@ -64,13 +64,13 @@ class Section:
     """
 
     normal: tuple[float, float, float]
-    """Of length 1."""
+    """Unit vector, out of the kept side."""
     offset: float
 
     def __init__(self, normal: Any, offset: float | None = None) -> None:
         if isinstance(normal, str):
             if offset is not None:
-                raise InputError("offset: expected none beside a section as text")
+                raise InputError("offset: expected none with a section as text")
             normal, offset = _parsed(normal)
         vector, length = check_direction("normal", normal)
         distance = 0.0 if offset is None else check_number("offset", offset)

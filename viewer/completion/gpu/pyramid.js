@@ -16,11 +16,11 @@ const MASK = placeOf(INPUTS, "mask"), GRAY = placeOf(INPUTS, "gray");
 
 // Channels of a level's inputs: gray and the features of traced pixels. Channels from the coarser level follow.
 const KNOWN = 8;
-// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise. Phases are the 2x2 pixels of
+// Channels of level 1's inputs: gray, normal x, normal y, and the phases of the mask and of the surprise. Phases are the 2x2 pixels of
 // each block.
 const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
-// Of a level's sums over the traced pixels of a block: number, gray, depth, normal x and normal y, and offsets from the
+// A level's sums over the traced pixels of a block: number, gray, depth, normal x and normal y, and offsets from the
 // block's centre, right and down.
 const SUMS = ["count", "gray", "depth", "normal_x", "normal_y", "right", "down"];
 const PLACES = SUMS.map((name, i) => `const ${name} = ${i};\n`).join("");
@@ -116,7 +116,7 @@ const finish = kernel({
   functions: `${DOUBLED}
 /// A pixel of the plane whose phases are the inputs from \`first\` on.
 fn phase(first: i32, y: i32, x: i32) -> f32 { return inputs_at(first + (y & 1) * 2 + (x & 1), y >> 1, x >> 1); }
-/// Of 3x3 pixels by the Gaussian's weights 1, 2, 1 in each direction, not divided by 16.
+/// The sum of 3x3 pixels with the Gaussian's weights 1, 2, 1 in each direction, not divided by 16.
 fn gaussian_sum(first: i32, y: i32, x: i32) -> f32 {
   var result = 0.;
   for (var i = 0; i < 9; i++) {
@@ -139,7 +139,7 @@ export function pyramid(layer, weights) {
   const known = (/** @type {number} */ level) => (level === 1 ? KNOWN_FINEST : KNOWN);
   let count = 1;
   while (weights.tensors.has(`features${count + 1}.weight`)) ++count;
-  /** By level. @type {{features: import("./conv3x3.js").Conv3x3, finer: import("./conv3x3.js").Conv3x3}[]} */
+  /** Layers by level. @type {{features: import("./conv3x3.js").Conv3x3, finer: import("./conv3x3.js").Conv3x3}[]} */
   const layers = [];
   for (let level = count, handed = 0; level >= 1; --level) {
     const features = layer(`features${level}`, known(level) + handed);
@@ -149,7 +149,7 @@ export function pyramid(layer, weights) {
   }
 
   return (plan, gbuffer) => {
-    /** By level, as everything below; level 0 is the pixels. */
+    /** Sums by level, like all arrays below; level 0 is the pixels. */
     const sums = [gbuffer];
     for (let level = 1; level <= count; ++level) {
       const { height, width } = sums[level - 1];

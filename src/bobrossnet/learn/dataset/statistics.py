@@ -171,7 +171,7 @@ def population(pictures: Iterable[GBuffer]) -> Population:
     """
     measured = [statistics for picture in pictures if (statistics := picture_statistics(picture)) is not None]
     if not measured:
-        raise InputError("pictures: expected at least one with a surface to be seen, got none")
+        raise InputError("pictures: expected at least one with a visible surface, got none")
     measures, histograms = zip(*measured, strict=True)
     return Population(np.stack(measures), np.mean(histograms, axis=0))
 

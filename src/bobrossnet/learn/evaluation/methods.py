@@ -85,7 +85,7 @@ def all_methods(
     if channel not in CHANNELS:
         raise InputError(f"channel: expected one of {', '.join(CHANNELS)}, got {channel!r}")
     if channel != "gray" and repainting:
-        raise InputError("repainting: expected False for colours, which networks do not put out themselves, got True")
+        raise InputError("repainting: expected False for colours, which networks do not predict directly, got True")
     for name in fillings:
         if name not in FILLINGS:
             raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
@@ -107,7 +107,7 @@ def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
 
 
 def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of pixel orders if there is at least one, each is known, and none is repeated."""
+    """Return the names of pixel orders if there is at least one, and all are known and different."""
     names = tuple(check_order(order, 0) for order in orders)
     if not names or len(set(names)) < len(names):
         raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
@@ -119,6 +119,6 @@ def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
 
 
 def _filled_colors(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
-    if name == "delaunay-linear":  # most of its time is the triangulation, shared by all components
+    if name == "delaunay-linear":  # all components share the triangulation, which takes the longest
         return delaunay_linear(part.color, part.mask)
     return np.stack([FILLINGS[name](plane, part.mask) for plane in np.moveaxis(part.color, -1, 0)], -1)

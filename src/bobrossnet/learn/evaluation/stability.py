@@ -172,7 +172,7 @@ class Stability:
                 },
             )
         except (KeyError, ValueError, StopIteration) as error:
-            raise InputError(f"text: expected the numbers of a stability, got {error!r}") from error
+            raise InputError(f"text: expected the result of a stability measurement, got {error!r}") from error
 
     def beside(self, other: Stability) -> Stability:
         """Return these runs, followed by another stability's on the same views.
@@ -291,10 +291,10 @@ def measure_stability(
     ----------
     scenes : functions that make them, by name; one view of each
     models : names of shipped weights, or .safetensors files
-    frames : of a converging picture, at least 2, from `FIRST_FRACTION` to all of the pixels in equal steps
+    frames : number of frames of a converging picture, at least 2, from `FIRST_FRACTION` to all pixels in equal steps
     size : (height, width)
-    orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has its own seed
-    orders, seed : of the pixels
+    orbit_frames : number of frames of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each has its own seed
+    orders, seed : pixel orders, and their seed
         Every method is measured with each order.
     fillings : names in `bobrossnet.completion.filling.FILLINGS` to compare with
     repainting : whether networks are also measured with the traced pixels repainted

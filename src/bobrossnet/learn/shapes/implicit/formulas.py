@@ -90,7 +90,7 @@ _ALGEBRAIC: dict[str, tuple[Field, float]] = {
 
 
 def _envelope(rng: Rng) -> SDF3:
-    """A solid about 2 wide, from which others are cut."""
+    """A solid about 2 wide, which other solids are cut from."""
     kind = rng.choice(["ball", "box", "capsule", "cylinder", "ring", "half"])
     if kind == "box":
         return rounded_box(rng.uniform(1, 2, 3), rng.choice([0.01, 0.2]))
