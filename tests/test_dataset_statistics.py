@@ -123,7 +123,7 @@ def test_empty_pictures_are_left_out() -> None:
     empty = picture(~ALL)
     assert picture_statistics(empty) is None
     assert len(population([empty, picture(DISC)]).measures) == 1
-    with pytest.raises(InputError, match="pictures: expected at least one with a surface"):
+    with pytest.raises(InputError, match="pictures: expected at least one with a visible surface"):
         population([empty])
 
 

@@ -501,7 +501,7 @@ def test_a_quick_evaluation_needs_no_files(capsys, monkeypatch):
     assert "default" in told
     assert "paper" not in told.split("##")[0]
     assert cli.main(["evaluate"]) == 2
-    assert "PLACE: expected a data set or a folder of shape files; --quick makes" in capsys.readouterr().err
+    assert "PLACE: expected a data set or a folder of shape files; --quick generates" in capsys.readouterr().err
 
 
 def test_no_picture_begins_after_the_time_is_up():

@@ -61,7 +61,7 @@ def test_cameras_are_those_of_the_page():
     view.observe(lambda change: told.append(change.new), "camera")
     view.set_state({"camera": {**sent, "azimuth": 11}})
     assert told == [bob.Camera(azimuth=11, elevation=-5, roll=3, zoom=1.5, fov=40, pan=(0.1, -0.2))]
-    with pytest.raises(bob.InputError, match="camera: expected one on an orbit"):
+    with pytest.raises(bob.InputError, match="camera: expected an orbiting camera"):
         view.camera = bob.Camera(position=(3, 0, 0), fov=40)
 
 
