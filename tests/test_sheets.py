@@ -157,6 +157,7 @@ def test_a_part_of_a_mesh_is_named(words):
     ("shape", "fact"),
     [
         (bob.Scene(BLOCK, unit="mm"), "1 part   volume 8 mm^3"),
+        (bob.Scene(bob.Instance(BLOCK).scale(30), unit="mm"), "1 part   volume 216000 mm^3"),
         (bob.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]), "1 part   open"),
         (sphere(1), "1 part"),  # a mesh of a formula is no exact volume
     ],

@@ -298,7 +298,7 @@ def _facts(scene: Scene, unit: str) -> list[str]:
     facts = [f"{parts:,} part{'s' * (parts > 1)}"]
     if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
         volume = measure(scene).volume
-        facts.append("open" if volume is None else f"volume {volume:.5g}{f' {unit}^3' if unit else ''}")
+        facts.append("open" if volume is None else f"volume {lengths([volume], f'{unit}^3' if unit else '')}")
     return facts
 
 
