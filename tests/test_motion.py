@@ -109,7 +109,7 @@ def test_by_time(scene):
     view = bob.View(tracer=slow, size=SIZE)
     frames = [view.frame(camera, ms=20) for camera in orbit(2, 8)]
     pixels = [frame.fraction * SIZE[0] * SIZE[1] for frame in frames]
-    assert sorted(pixels)[-2] < 2 * 20e-3 / 20e-6  # one frame after the machine stalled may be longer
+    assert max(pixels) < 2 * 20e-3 / 20e-6
     assert min(pixels) >= 1
 
 

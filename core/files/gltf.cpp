@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <span>
 #include <utility>
@@ -21,8 +20,6 @@ using Rows = std::array<double, 12>;
 
 constexpr Rows z_up = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // (x, y, z) to (x, -z, y)
 constexpr Rows identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// The map that does b first, then a.
 Rows product(const Rows& a, const Rows& b) {

@@ -364,9 +364,7 @@ Numbers<double> GltfData::numbers(const Accessor& accessor, int width) const {
 Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
     const Numbers<double> values = stored_numbers(accessor, 1);
     Numbers<std::int32_t> result(values.size());
-    std::ranges::transform(values, result.begin(), [](double value) {
-        return value >= 0 && value <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(value) : -1;
-    });
+    std::ranges::transform(values, result.begin(), index_of);
     return result;
 }
 

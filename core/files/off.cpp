@@ -1,5 +1,4 @@
 /// OFF as text, of all kinds: points with normals, colours and places on textures, polygons with colours.
-#include <limits>
 
 #include "files/colors.h"
 #include "files/polygons.h"

@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 
 #include "base/interruption.h"

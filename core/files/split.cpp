@@ -1,9 +1,9 @@
 #include "files/split.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "base/interruption.h"
+#include "files/text.h"
 
 namespace bob::files {
 
@@ -14,9 +14,7 @@ Numbers<double> picked(std::span<const double> rows, std::size_t width, std::spa
         if (i % 65536 == 0) Interruption::check();
         const auto row = static_cast<std::size_t>(numbers[i]);
         const bool is_there = numbers[i] >= 0 && row < count;
-        for (std::size_t k = 0; k < width; ++k) {
-            result[width * i + k] = is_there ? rows[width * row + k] : std::numeric_limits<double>::quiet_NaN();
-        }
+        for (std::size_t k = 0; k < width; ++k) result[width * i + k] = is_there ? rows[width * row + k] : nan;
     }
     return result;
 }

@@ -43,7 +43,7 @@ namespace bob::files {
 /// A number that a file leaves out.
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// A number as an index; -1 if it is none.
+/// A number as an index; -1 if it is out of range.
 [[nodiscard]] constexpr std::int32_t index_of(double number) {
     return number >= 0 && number <= std::numeric_limits<std::int32_t>::max() ? static_cast<std::int32_t>(number) : -1;
 }

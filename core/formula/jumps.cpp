@@ -140,8 +140,8 @@ Value condition(Op op, const Jump& jump, Value a) {
 }
 
 /// The decisions on one side of a jump of a rounding or a select, added to `given`. The sign of a select's condition is
-/// known there, and so is the sign of the value it is a multiple of: absolute values and halves cut off at zero are
-/// then decided too.
+/// known there. So is the sign of the value that the condition is a multiple of, which decides absolute values and
+/// halves cut off at zero.
 Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
     const std::vector<Node>& nodes = tape.expression().nodes();
     const auto choice = [](bool first) { return Decision{first ? 1u : 0u, first ? 0u : 1u, {}}; };

@@ -557,8 +557,9 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
                 const double off = run[r] / (to - from) - mean;
                 variance += off * off / (runs * (runs - 1.));
             }
-            // After n equal outcomes another one is still possible: the rule of succession bounds the variance from below. All of it
-            // makes shadows on the ground a sixth worse (tree, bunny, studio, 10 %); none of it takes few equal samples for exact.
+            // After n equal outcomes another one is still possible: the rule of succession bounds the variance from below. A tenth of
+            // that bound: with all of it, shadows on the ground are a sixth worse (tree, bunny, studio, 10 %). Without it, a few equal
+            // samples would count as exact.
             const double unseen = (hits ? static_cast<double>(luminance(color)) : 1.) / (count + 2.);
             if (is_uncertain) variance = std::max(variance, 0.1 * unseen * unseen);
             if (changes) changes[i] = share * change;

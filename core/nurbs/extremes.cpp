@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "base/interruption.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int border_samples = 16, inside_samples = 6;  // of a piece of a border, and of a span along either parameter
 constexpr int golden_steps = 60, newton_steps = 16;
-constexpr double golden = 0.6180339887498949;
+constexpr double golden = 1 / std::numbers::phi;
 
 /// The height of a surface along a direction.
 class Height {
