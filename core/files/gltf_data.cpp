@@ -364,7 +364,7 @@ Numbers<double> GltfData::numbers(const Accessor& accessor, int width) const {
 Numbers<std::int32_t> GltfData::indices(const Accessor& accessor) const {
     const Numbers<double> values = stored_numbers(accessor, 1);
     Numbers<std::int32_t> result(values.size());
-    std::ranges::transform(values, result.begin(), index_of);
+    std::ranges::transform(values, result.begin(), [](double value) { return index_of(value); });
     return result;
 }
 

@@ -68,7 +68,7 @@ private:
 };
 
 /// A corner's index from 0 on, -1 if there is no such item. Below 0 counts back from the last item so far.
-std::int32_t index_of(std::string_view digits, std::size_t count) {
+std::int32_t corner_index(std::string_view digits, std::size_t count) {
     const bool is_signed = !digits.empty() && (digits[0] == '-' || digits[0] == '+');
     std::uint64_t number = 0;
     const std::string_view own = digits.substr(is_signed ? 1 : 0);
@@ -209,7 +209,7 @@ private:
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::size_t slash = word.find('/');
                 const std::string_view digits = word.substr(0, slash);
-                if (k == 0 || !digits.empty()) corner[k] = index_of(digits, counts[k]);
+                if (k == 0 || !digits.empty()) corner[k] = corner_index(digits, counts[k]);
                 if (slash == std::string_view::npos) break;
                 word = word.substr(slash + 1);
             }
