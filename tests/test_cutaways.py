@@ -403,25 +403,56 @@ MOVING = f"""async (azimuths) => {{
 }}"""
 
 
-@pytest.mark.parametrize("name", ["nested.bob", "machine.obj"])
-def test_edges_stay_in_motion(shown, host, name, folder):
-    """Drawn from fewer first hits: nearly all lines of the exact picture, and few others."""
-    page = shown(f'src="{name}" edges picture-size="320x240"', host)
-    page.evaluate(f"() => {{ {VIEW}.viewing.schedule.budget = 200; }}")
-    address = page.evaluate(MOVING, [33, 36, 39, 42])
-    found = np.asarray(picture_at(address).convert("RGB")).max(axis=-1).astype(int)
-    size = found.shape
-    drawn, plain = (
-        bob.render(bob.load(folder / name), bob.Camera(azimuth=42), size=size, edges=edges, background="#000").rgba
-        for edges in (True, False)
+def assert_lined(address, lined, plain):
+    """Nearly all lines of an exact picture are in this one, and few others. Both exact pictures are (H, W, 3)."""
+    found, lined, plain = (
+        np.asarray(picture).max(axis=-1).astype(int) for picture in (picture_at(address).convert("RGB"), lined, plain)
     )
-    bright = np.asarray(plain[..., :3]).max(axis=-1).astype(int)
-    lines = (bright - drawn[..., :3].max(axis=-1) > 60) & (bright > 90)
-    dark = (bright - found > 40) & (bright > 90)
+    lines, dark = (plain - lined > 60) & (plain > 90), (plain - found > 40) & (plain > 90)
     assert lines.sum() > 200
     assert dark[lines].mean() > 0.7
     near = np.lib.stride_tricks.sliding_window_view(np.pad(lines, 3), (7, 7)).any(axis=(2, 3))
     assert near[dark].mean() > 0.7
+
+
+@pytest.mark.parametrize("name", ["nested.bob", "machine.obj"])
+def test_edges_stay_in_motion(shown, host, name, folder):
+    """Drawn from fewer first hits."""
+    page = shown(f'src="{name}" edges picture-size="320x240"', host)
+    page.evaluate(f"() => {{ {VIEW}.viewing.schedule.budget = 200; }}")
+    address = page.evaluate(MOVING, [33, 36, 39, 42])
+    scene, camera = bob.load(folder / name), bob.Camera(azimuth=42)
+    lined, plain = (
+        bob.render(scene, camera, size=(240, 320), edges=edges, background="#000").rgba[..., :3]
+        for edges in (True, False)
+    )
+    assert_lined(address, lined, plain)
+
+
+COMING_TO_REST = f"""async (azimuth) => {{
+  const view = {VIEW}, pictures = [];
+  await view.converged();
+  const keep = ({{ detail: {{ batch }} }}) => pictures.push([batch.phase, view.toDataURL()]);
+  view.addEventListener("progress", keep);
+  view.camera = {{ azimuth }};
+  await view.converged();
+  view.removeEventListener("progress", keep);
+  return pictures;
+}}"""
+
+
+def test_edges_stay_while_all_pixels_are_traced(shown, host, folder):
+    """In each picture from the moving one to the exact one."""
+    page = shown('src="machine.obj" edges samples="4" picture-size="960x720"', host)
+    pictures = page.evaluate(COMING_TO_REST, 42)
+    assert {"rows", "edges"} <= {phase for phase, _ in pictures}
+    scene, camera = bob.load(folder / "machine.obj"), bob.Camera(azimuth=42)
+    lined, plain = (
+        bob.render(scene, camera, size=(720, 960), edges=edges, background="#000").rgba[..., :3]
+        for edges in (True, False)
+    )
+    for _, address in pictures:
+        assert_lined(address, lined, plain)
 
 
 def test_edges_of_meshes_need_the_larger_module_of_meshes(shown):

@@ -22,7 +22,7 @@
  * | `auto-rotate-delay`, `rotation-per-second` | milliseconds until then, 3000 by default; "5.625deg" by default |
  * | `section` | planes that cut the scene open, such as "x=0" or "x<2, z>0.5", as in bobrossnet.render |
  * | `snap` | clicks, and the mark under the mouse, snap to corners, centres and edges within this distance in CSS pixels, 10 if empty |
- * | `edges` | lines at visible edges, once it is at rest: borders of faces, creases and silhouettes, as in bobrossnet.render |
+ * | `edges` | lines at visible edges: borders of faces, creases and silhouettes, at rest as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |

@@ -17,7 +17,6 @@
  * @typedef {import("./tracer.js").Strips} Strips
  * @typedef {import("./tracer.js").Means} Means
  * @typedef {import("./lit.js").Lit} Lit
- * @typedef {import("./tracer.js").Lines} Lines
  * @typedef {import("./bands.js").Help} Help
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean, exposure?: number}} Showing
@@ -48,7 +47,7 @@ import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
 import { COLORED, GBUFFER } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
-import { paintLines } from "../picture/lines.js";
+import { enlargedLines, paintLines, withLines } from "../picture/lines.js";
 import { enlarged, enlargedGray, paint, paintMeans, paintRest, paintStrip } from "../picture/paint.js";
 import { paintLight } from "../picture/paint_light.js";
 import { Helpers } from "./bands.js";
@@ -81,10 +80,11 @@ let view;
  *
  * @typedef {{
  *   batch: Batch, isColored: boolean, look: Showing, image: ImageData, rows: number, isSmoothed: boolean, isLined: boolean, gbuffer: GBuffer | null,
- *   first: Float32Array | null, error: number, before: {height: number, width: number, image: Float32Array} | null
+ *   first: Float32Array | null, error: number, covered: Uint8Array | null, before: {height: number, width: number, image: Float32Array} | null
  * }} Rest
- *   look: at its beginning; image: the displayed pixels, of an enlarged or completed picture below the traced rows; gbuffer, first: of pictures
- *   that are not too large; before: the previous completed picture; `first` is enlarged from it
+ *   look: at its beginning; image: the displayed pixels without lines, of an enlarged or completed picture below the traced rows; gbuffer,
+ *   first: of pictures that are not too large; covered: by lines, those of the moving picture until the exact ones are drawn; before: the
+ *   previous completed picture; `first` is enlarged from it
  * @type {Rest | undefined}
  */
 let rest;
@@ -213,13 +213,14 @@ function endRest() {
  */
 async function beginRest({ core }, batch, isColored) {
   const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
-  if (!rest && view?.completed && showing.mode !== "completed") await paintView(view, "completed");
-  const last = rest?.image ?? view?.image, image = last ? enlarged(last, height, width) : new ImageData(width, height);
+  if (!rest && view?.completed && (showing.mode !== "completed" || view.covered)) await paintView(view, "completed"); // has no lines
+  const last = rest ?? view, image = last ? enlarged(last.image, height, width) : new ImageData(width, height);
+  const covered = last?.covered ? enlargedLines(last.covered, last.image, batch) : null;
   endRest();
   const gbuffer = height * width <= MOST_WHOLE ? new GBuffer(core, height, width, layout) : null;
   const before = gbuffer && view?.completed ? { height: view.gbuffer.height, width: view.gbuffer.width, image: view.first } : null;
   /** @type {Rest} */
-  const begun = { batch, isColored, look: showing, image, rows: 0, isSmoothed: false, isLined: false, gbuffer, first: null, error: NaN, before };
+  const begun = { batch, isColored, look: showing, image, rows: 0, isSmoothed: false, isLined: false, gbuffer, first: null, error: NaN, covered, before };
   if (batch.phase !== "rows" && gbuffer && view) { // all was traced in motion
     gbuffer.copy(view.gbuffer);
     finishRest(begun, gbuffer);
@@ -236,7 +237,7 @@ function finishRest(rest, gbuffer) {
   rest.error = rest.first ? meanDifference(rest.first, gbuffer.image) : NaN;
 }
 
-/** @param {Strips | Means | Lines} part */
+/** @param {Strips | Means} part */
 async function gatherRest(part) {
   const { batch, isColored } = part, { height, width } = batch;
   if (isOld(batch)) return;
@@ -251,15 +252,14 @@ async function gatherRest(part) {
       gbuffer?.setRows(strip);
       current.rows = strip.end;
     }
-    if (gbuffer && current.rows === height) finishRest(current, gbuffer);
-  } else if (part.kind === "means") {
+    current.covered ??= batch.thickness > 0 ? new Uint8Array(height * width) : null;
+    for (const { begin, covered } of part.bands) current.covered?.set(covered, begin * width);
+    current.isLined = part.isLined;
+    if (gbuffer && part.strips.length > 0 && current.rows === height) finishRest(current, gbuffer);
+  } else {
     paintMeans(part, current.look, image);
     current.rows = height;
     current.isSmoothed = part.isLast;
-  } else {
-    for (const band of part.bands) paintLines(band, image);
-    current.rows = height;
-    current.isLined = part.isLast;
   }
   const { model } = view ?? { model: parts.standIn };
   picture = {
@@ -294,12 +294,14 @@ function lightPainted({ batch: { height, width }, planes, mask }) {
 }
 
 /** @param {Rest} rest */
-const restPainted = ({ image, rows, gbuffer, first }) => createImageBitmap(paintRest({ ...showing, rows, gray: gbuffer?.image ?? null, first }, image));
+function restPainted({ image, rows, gbuffer, first, covered }) {
+  return createImageBitmap(paintRest({ ...showing, rows, gray: gbuffer?.image ?? null, first }, withLines(image, covered)));
+}
 
 /** @param {View} view */
 async function painted(view) {
   const errors = await paintView(view, showing.mode);
-  if (view.covered && !MAPS.includes(showing.mode)) paintLines({ begin: 0, covered: view.covered }, view.image);
+  if (view.covered && !MAPS.includes(showing.mode)) paintLines(view.covered, view.image);
   return { bitmap: await createImageBitmap(view.image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
 
@@ -333,7 +335,7 @@ function meanDifference(a, b) {
 async function answer(request) {
   if (request.kind === "connect") {
     const { tracer } = request;
-    /** @param {MessageEvent<Samples | Strips | Means | Lines | Lit>} event */
+    /** @param {MessageEvent<Samples | Strips | Means | Lit>} event */
     tracer.onmessage = ({ data }) => inTurn(() => (
       data.kind === "samples" ? gather(data, tracer) : data.kind === "lit" ? gatherLight(data, tracer) : gatherRest(data)));
   } else if (request.kind === "help") {

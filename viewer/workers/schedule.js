@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The schedule of pictures. While the camera moves, each new view gets one picture, within the budget. At rest, all
- * pixels are traced, then edges are smoothed, in few large steps: steps cost time. If all pixels take long, the picture
+ * pixels are traced and lines drawn, then edges are smoothed, in few large steps: steps cost time. If all pixels take long, the picture
  * is refined before.
  *
  * Under lights, the tracers complete pictures themselves. Moving ones are so small that first hits and completing take
@@ -185,7 +185,7 @@ export class Schedule {
     if (!this.isShared) this.next();
     const isWhole = batch.phase === "light" ? isSmoothed : traced === this.#size.height * this.#size.width;
     const exact = !this.#stale && batch.view === this.#view && isWhole;
-    return { exact, final: exact && (this.thickness > 0 ? isLined : isSmoothed || this.side === 1) };
+    return { exact, final: exact && (isLined || this.thickness === 0) && (isSmoothed || this.side === 1) };
   }
 
   /** Sets the lights up for the current camera: the scene or they are new. */
@@ -224,8 +224,12 @@ export class Schedule {
   /** Whether nothing is left to trace of a view. */
   get #isFinal() {
     if (this.isLit) return this.#left === 0 && this.#step > 0;
-    if (this.#left > 0 || this.#scale !== 1) return false;
-    return this.thickness > 0 ? this.#phase === "lines" : this.#phase === "edges" || this.side === 1;
+    return this.#isWhole && (this.#phase === "edges" || this.side === 1);
+  }
+
+  /** Whether all pixels are traced; lines are exact only if that was row by row. */
+  get #isWhole() {
+    return this.#left === 0 && this.#scale === 1 && (this.thickness === 0 || this.#phase !== "some");
   }
 
   /** Begins the next step at rest. @returns {number} milliseconds */
@@ -243,8 +247,8 @@ export class Schedule {
       this.#spent += this.#step = Math.min(2 * (this.#step || this.budget), refining, longest);
       return this.#step;
     }
-    if (this.#left === 0 && this.#scale === 1) {
-      this.#phase = this.thickness > 0 && (this.#phase === "edges" || this.side === 1) ? "lines" : "edges";
+    if (this.#isWhole) {
+      this.#phase = "edges";
     } else if (this.#phase === "some") {
       if (this.#scale !== 1) this.#begin(1, "rows");
       this.#phase = "rows";

@@ -12,8 +12,8 @@
  * @typedef {import("../picture/planner.js").Mode} Mode
  * @typedef {import("../picture/planner.js").Model} Model
  *
- * @typedef {"some" | "rows" | "edges" | "lines" | "light"} Phase some: pixels in an order, which a network completes; rows: all
- *   pixels, row by row; edges: several rays in each pixel at edges; lines: visible edges as lines; light: pictures with lights (lit.js)
+ * @typedef {"some" | "rows" | "edges" | "light"} Phase some: pixels in an order, which a network completes; rows: all
+ *   pixels and lines, row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
  *   milliseconds: number, completed: Completed[], studio: import("../tracing/light.js").Studio | null, rests: boolean,
@@ -32,12 +32,11 @@
  *   traced ones, (C, height, width) of the displayed channels; null if there are no reprojected samples. The array is
  *   returned. covered: the share of each pixel that coarse lines cover, 0..255, if the batch has a thickness
  * @typedef {import("../picture/gbuffer.js").Strip} Strip
- * @typedef {{kind: "rows", batch: Batch, isColored: boolean, strips: Strip[]}} Strips the same in the phase "rows"
+ * @typedef {{begin: number, end: number, covered: Uint8Array}} Band of rows: the share of pixels that exact lines cover, 0..255
+ * @typedef {{kind: "rows", batch: Batch, isColored: boolean, strips: Strip[], bands: Band[], isLined: boolean}} Strips
+ *   the same in the phase "rows"; isLined: whether no lines are left
  * @typedef {{kind: "means", batch: Batch, isColored: boolean, pixels: Int32Array, means: Float32Array, isLast: boolean}} Means
  *   the same in the phase "edges": pixels (n, 2); means (n, 5), from Scene.means; isLast: whether no edges are left
- *
- * @typedef {{begin: number, end: number, covered: Uint8Array}} Band of rows: the share of pixels that lines cover, 0..255
- * @typedef {{kind: "lines", batch: Batch, isColored: boolean, bands: Band[], isLast: boolean}} Lines the same in the phase "lines"
  *
  * @typedef {{camera: Camera, size: Size} & ({pixels: Int32Array, side?: number} | {rows: [number, number], thickness?: number})
  *   | import("./lit.js").Paths} Slice
@@ -80,14 +79,12 @@ import { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder } from "../pictu
 import { FramePlanner } from "../picture/planner.js";
 import { Rows } from "../tracing/rows.js";
 import { buildScene } from "../tracing/scene.js";
+import { BAND, LINES_SHARE, coarseLines } from "./lined.js";
 import { SceneLight, areLightPaths } from "./lit.js";
 
 const SLICE_MS = 5;
 const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement waits for the one under way, often soon
 const LARGEST_SLICE = 2 ** 18; // pixels, at rest
-const BAND = 64; // rows of lines: each band looks at a few rows more, and movement waits for the one under way
-const LINES_SHARE = 0.4; // of the time of a picture in an order, for its lines
-const STEPS = [1, 2, 3, 4, 6, 8]; // pixels between first hits of these lines
 const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
@@ -282,7 +279,7 @@ const lightOf = (scene) => (light ??= new SceneLight(scene));
  * @property {(traced: TracedSlice, began?: number) => void} keep began: the time when its pixels were chosen
  * @property {(slice: Slice) => TracedSlice} [trace] instead of traceSlice, while this tracer is alone
  * @property {() => number} left number of pixels
- * @property {() => {message: Samples | Strips | Means | Lines | import("./lit.js").Lit, transfer: Transferable[]}} result
+ * @property {() => {message: Samples | Strips | Means | import("./lit.js").Lit, transfer: Transferable[]}} result
  *
  * @typedef {object} Circumstances of a batch
  * @property {import("../tracing/scene.js").Scene} scene
@@ -328,20 +325,11 @@ function somePixels({ scene, planning, batch, lent, others, begin }) {
       of.expected = null;
       const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
       const samples = joined(Float32Array, slices.map((slice) => slice.samples));
-      const covered = batch.thickness > 0 ? coarseLines(scene, batch) : null;
+      const covered = batch.thickness > 0 ? coarseLines(scene, batch, LINES_SHARE * batch.milliseconds) : null;
       const message = { kind: /** @type {const} */ ("samples"), batch, isColored: scene.layout === COLORED, model, pixels, samples, expected, covered };
       return { message, transfer: [pixels, samples, expected, covered].flatMap((array) => (array ? [array.buffer] : [])) };
     },
   };
-}
-
-/** Lines of a picture in its time. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
-function coarseLines(scene, { camera, height, width, thickness, milliseconds }) {
-  const hits = (/** @type {number} */ step) => height * width / step ** 2, begin = performance.now();
-  const step = STEPS.find((each) => scene.lineMs * hits(each) < LINES_SHARE * milliseconds) ?? STEPS[STEPS.length - 1];
-  const covered = scene.coarseLines({ height, width }, camera, thickness, step);
-  scene.lineMs = (performance.now() - begin) / hits(step);
-  return covered;
 }
 
 /** The picture at rest of a batch. @param {Circumstances} circumstances */
@@ -350,18 +338,20 @@ function restOf({ scene, batch }) {
   return resting;
 }
 
-/** @param {Circumstances} circumstances @returns {Work} on all rows */
+/** @param {Circumstances} circumstances @returns {Work} on all rows; a band of lines follows when its rows are dealt */
 function allRows(circumstances) {
-  const { scene, batch, lent, others, begin } = circumstances, { camera, parts, height, width } = batch, size = { height, width };
-  const { rows } = restOf(circumstances), end = begin + batch.milliseconds;
+  const { scene, batch, lent, others, begin } = circumstances, { camera, parts, height, width, thickness } = batch, size = { height, width };
+  const rest = restOf(circumstances), { rows } = rest, end = begin + batch.milliseconds;
   // Movement from here starts with all pixels, if it has this size.
   const sequence = view?.id === batch.view ? view.sequence : undefined;
   /** @type {Strip[]} */
   const strips = [];
+  /** @type {Band[]} */
+  const bands = [];
   /** Strips that came before those above them, by their first rows. @type {Map<number, TracedSlice>} */
   const early = new Map();
   const { done } = rows; // before the batch
-  let dealt = done;
+  let dealt = done, lined = thickness > 0 ? rest.lined : height, slices = 0;
 
   /** @param {number} last @param {Float32Array} [traced] */
   const add = (last, traced) => {
@@ -371,20 +361,29 @@ function allRows(circumstances) {
   };
   return {
     deal() {
-      if (dealt === height || (performance.now() > end && dealt > done)) return;
+      const first = dealt, below = Math.min(height, lined + BAND), isBand = lined < height && below <= dealt;
+      if ((dealt === height && !isBand) || (performance.now() > end && slices > 0)) return;
+      ++slices;
+      if (isBand) return { camera, size, rows: [lined, lined = below], thickness };
       const milliseconds = done > 0 ? LONG_SLICE_MS : Math.min(LONG_SLICE_MS, SLICE_MS + (performance.now() - begin) / 4);
       const wanted = Math.min(restingMs > 0 ? lent * milliseconds / restingMs : LEAST, LARGEST_SLICE) / width;
-      const share = others > 0 ? (height - dealt) / (AHEAD * parts) : Infinity, first = dealt;
+      const share = others > 0 ? (height - dealt) / (AHEAD * parts) : Infinity;
       dealt = Math.min(height, dealt + TILE * Math.max(1, Math.round(Math.min(wanted, share) / TILE)));
       return { camera, size, rows: [first, dealt] };
     },
     trace: others > 0 ? undefined : (slice) => {
+      if ("thickness" in slice) return traceSlice(slice);
       const began = performance.now(), [, last] = /** @type {{rows: [number, number]}} */ (slice).rows;
       add(last);
       return { slice, values: new Float32Array(0), milliseconds: performance.now() - began };
     },
     keep(traced) {
-      const [first, last] = /** @type {{rows: [number, number]}} */ (traced.slice).rows;
+      const { rows: [first, last], thickness } = /** @type {{rows: [number, number], thickness?: number}} */ (traced.slice);
+      if (thickness) {
+        bands.push({ begin: first, end: last, covered: /** @type {Uint8Array} */ (traced.values) });
+        rest.lined += last - first;
+        return;
+      }
       restingMs = lent * traced.milliseconds / ((last - first) * width);
       if (others === 0) return;
       early.set(first, traced);
@@ -393,9 +392,10 @@ function allRows(circumstances) {
         add(/** @type {{rows: [number, number]}} */ (next.slice).rows[1], /** @type {Float32Array} */ (next.values));
       }
     },
-    left: () => (height - rows.done) * width,
+    left: () => (height - rows.done + (thickness > 0 ? height - rest.lined : 0)) * width,
     result: () => ({
-      message: { kind: "rows", batch, isColored: scene.layout === COLORED, strips }, transfer: strips.map(({ planes }) => planes.buffer),
+      message: { kind: "rows", batch, isColored: scene.layout === COLORED, strips, bands, isLined: rest.lined === height },
+      transfer: [...strips.map(({ planes }) => planes.buffer), ...bands.map(({ covered }) => covered.buffer)],
     }),
   };
 }
@@ -439,35 +439,9 @@ function atEdges(circumstances) {
   };
 }
 
-/** @param {Circumstances} circumstances @returns {Work} on lines, band by band */
-function allLines(circumstances) {
-  const { scene, batch, begin } = circumstances, { camera, height, width, thickness } = batch, size = { height, width };
-  const rest = restOf(circumstances), end = begin + batch.milliseconds;
-  /** @type {Band[]} */
-  const bands = [];
-  let dealt = rest.lined;
-  return {
-    deal() {
-      if (dealt === height || (performance.now() > end && bands.length > 0)) return;
-      const first = dealt;
-      dealt = Math.min(height, dealt + BAND);
-      return { camera, size, rows: [first, dealt], thickness };
-    },
-    keep({ slice, values }) {
-      const [first, last] = /** @type {{rows: [number, number]}} */ (slice).rows;
-      bands.push({ begin: first, end: last, covered: /** @type {Uint8Array} */ (values) });
-      rest.lined += last - first;
-    },
-    left: () => (height - rest.lined) * width,
-    result: () => ({
-      message: { kind: "lines", batch, isColored: scene.layout === COLORED, bands, isLast: rest.lined === height }, transfer: bands.map(({ covered }) => covered.buffer),
-    }),
-  };
-}
-
 /** @type {Record<Phase, (circumstances: Circumstances) => Work>} */
 const WORKS = {
-  some: somePixels, rows: allRows, edges: atEdges, lines: allLines,
+  some: somePixels, rows: allRows, edges: atEdges,
   light: (circumstances) => lightOf(circumstances.scene).work(circumstances),
 };
 
