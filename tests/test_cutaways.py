@@ -455,6 +455,31 @@ def test_edges_stay_while_all_pixels_are_traced(shown, host, folder):
         assert_lined(address, lined, plain)
 
 
+@pytest.mark.parametrize("name", ["nested.bob", "machine.obj"])
+def test_edges_under_lights_are_those_of_python(shown, host, folder, name):
+    """A pixel without its line is over 40 levels apart; some light paths part where arithmetic rounds otherwise."""
+    page = shown(f'src="{name}" edges light="studio" samples="4"', host)
+    scene = bob.load(folder / name)
+    wanted = bob.render(scene, size=(HEIGHT, WIDTH), light="studio", edges=True, background="#000").rgba[..., :3]
+    difference = np.abs(settled(page).astype(int) - wanted).max(axis=-1)
+    assert (difference > 8).mean() < 0.015
+    assert (difference > 40).mean() < 0.0005
+
+
+def test_edges_stay_under_lights(shown, host):
+    """In each picture from the moving one to the exact one, of the same pixels."""
+    page = shown('src="machine.obj" light="studio" picture-size="240x180"', host)
+    page.evaluate(f"() => {{ {VIEW}.viewing.schedule.budget = 400; {VIEW}.camera = {{ azimuth: 42 }}; }}")
+    plain = settled(page)
+    page.evaluate(f"() => {{ {VIEW}.edges = true; }}")
+    lined = settled(page)
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ azimuth: 38 }}; }}")
+    pictures = page.evaluate(COMING_TO_REST, 42)
+    assert len(pictures) > 1
+    for _, address in pictures:
+        assert_lined(address, lined, plain)
+
+
 def test_edges_of_meshes_need_the_larger_module_of_meshes(shown):
     page = shown('src="machine.obj"')
     settled(page)

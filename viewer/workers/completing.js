@@ -274,22 +274,24 @@ async function gatherLight(part, tracer) {
   const { batch, traced, isLast, milliseconds } = part;
   if (isOld(batch)) return;
   const { standIn } = await starting, begun = performance.now();
+  const covered = lit?.batch.view === batch.view ? lit.covered : null; // exact lines come once
   if (lit) tracer.postMessage({ lit: lit.planes }, [lit.planes.buffer]);
   endRest();
   view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
   view = undefined;
-  lit = part;
+  lit = { ...part, covered: part.covered ?? covered };
   picture = {
-    batch, bitmap: await lightPainted(part), expected: NaN, traced, isSmoothed: isLast, isLined: isLast, completing: milliseconds,
+    batch, bitmap: await lightPainted(lit), expected: NaN, traced, isSmoothed: isLast, isLined: isLast, completing: milliseconds,
     total: milliseconds + performance.now() - begun, backend: "wasm", model: standIn, wanted: standIn, error: NaN,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
 /** @param {Lit} lit */
-function lightPainted({ batch: { height, width }, planes, mask }) {
+function lightPainted({ batch: { height, width }, planes, mask, covered }) {
   const image = new ImageData(width, height);
   paintLight(showing, planes, mask, image);
+  if (covered) paintLines(covered, image);
   return createImageBitmap(image);
 }
 

@@ -11,13 +11,16 @@
  * @typedef {{camera: Camera, size: Size, studio: Studio, wanted: Int32Array, paths: number, seed: number}} Paths
  *   a slice: pixels (n, 3), as from Light.next, and paths through each
  * @typedef {{
- *   kind: "lit", batch: Batch, planes: Float32Array<ArrayBuffer>, mask: Float32Array, traced: number, isLast: boolean, milliseconds: number
+ *   kind: "lit", batch: Batch, planes: Float32Array<ArrayBuffer>, mask: Float32Array, traced: number, isLast: boolean,
+ *   covered: Uint8Array | null, milliseconds: number
  * }} Lit
  *   to the completing worker, once per batch: planes (4, height, width) of linear RGB times coverage, and coverage; mask (height,
  *   width): 1 where a pixel has, or needs no, paths of this camera; traced: number of those; isLast: whether these are all;
+ *   covered: the share of each pixel that lines cover, 0..255, coarse ones in motion, exact ones with the first batch at rest; else null;
  *   milliseconds: for first hits, reprojection and completing. The array of planes is returned
  */
 import { Light } from "../tracing/light.js";
+import { BAND, LIT_LINES_SHARE, coarseLines } from "./lined.js";
 
 const SLICE_MS = 30; // movement waits for the slice under way
 const LEAST = 64; // minimum pixels of a slice
@@ -37,6 +40,8 @@ export class SceneLight {
   #light;
   /** The view of the light's picture. */
   #view = -1;
+  /** The last view with exact lines. */
+  #lined = -1;
 
   /** @param {import("../tracing/scene.js").Scene} scene lives longer */
   constructor(scene) {
@@ -59,18 +64,21 @@ export class SceneLight {
 
   /** @param {import("./tracer.js").Circumstances} circumstances @returns {import("./tracer.js").Work} */
   work({ batch, lent, others, begin }) {
-    const { camera, height, width, side, rests, parts } = batch, size = { height, width };
+    const { camera, height, width, side, rests, parts, thickness } = batch, size = { height, width };
     const studio = /** @type {Studio} */ (batch.studio), light = this.#of(studio);
     if (this.#view !== batch.view) light.move(camera, size);
     if (rests) light.rest();
     this.#view = batch.view;
     this.isDone = false;
+    const isLined = thickness === 0 || this.#lined === batch.view, hits = performance.now() - begin;
+    const covered = isLined ? null : rests ? new Uint8Array(height * width) : coarseLines(this.#scene, batch, LIT_LINES_SHARE * batch.milliseconds);
     const started = performance.now(), time = batch.milliseconds - (started - begin), end = begin + batch.milliseconds;
     const { seed } = light, paths = rests ? 4 * side ** 2 : light.paths;
     const most = light.pixelsIn(Math.max(0, time)), wanted = light.next(rests ? Math.min(most, light.left) : most), count = wanted.length / 3;
-    let dealt = 0, added = 0;
+    let dealt = 0, added = 0, tracing = started, lined = rests && !isLined ? 0 : height;
     return {
       deal() {
+        if (lined < height) return { camera, size, rows: [lined, lined = Math.min(height, lined + BAND)], thickness };
         const left = count - dealt;
         if (left === 0 || (rests && performance.now() > end && dealt > 0)) return;
         const inTime = light.pixelMs > 0 ? lent * SLICE_MS / light.pixelMs : LEAST;
@@ -79,6 +87,11 @@ export class SceneLight {
         return { camera, size, studio, wanted: slice, paths, seed };
       },
       keep({ slice, values }) {
+        if ("rows" in slice) {
+          covered?.set(values, slice.rows[0] * width);
+          tracing = performance.now(); // paths follow lines
+          return;
+        }
         const { wanted } = /** @type {Paths} */ (slice);
         light.add(wanted, /** @type {Float32Array} */ (values));
         added += wanted.length / 3;
@@ -86,17 +99,18 @@ export class SceneLight {
       left: () => light.left,
       result: () => {
         const completing = performance.now();
-        if (added > 0) light.traced(added, completing - started);
+        if (added > 0) light.traced(added, completing - tracing);
         const { left } = light, planes = this.spare?.length === 4 * height * width ? this.spare : new Float32Array(4 * height * width);
         this.spare = undefined;
         light.complete(side > 1, planes);
         const mask = light.mask(size), done = performance.now();
         light.completed(done - completing);
         this.isDone = rests && left === 0;
-        const milliseconds = started - begin + done - completing;
+        if (rests) this.#lined = batch.view;
+        const milliseconds = hits + done - completing;
         /** @type {Lit} */
-        const message = { kind: "lit", batch, planes, mask, traced: height * width - left, isLast: this.isDone, milliseconds };
-        return { message, transfer: [planes.buffer, mask.buffer] };
+        const message = { kind: "lit", batch, planes, mask, traced: height * width - left, isLast: this.isDone, covered, milliseconds };
+        return { message, transfer: [planes, mask, covered].flatMap((array) => (array ? [array.buffer] : [])) };
       },
     };
   }
@@ -105,6 +119,6 @@ export class SceneLight {
   free() {
     this.#light?.free();
     this.#light = undefined;
-    this.#view = -1;
+    this.#view = this.#lined = -1;
   }
 }

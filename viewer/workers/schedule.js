@@ -15,6 +15,7 @@
  * @typedef {import("./tracer.js").Phase} Phase
  */
 import { WHOLE } from "../tracing/cutaway.js";
+import { LIT_LINES_SHARE } from "./lined.js";
 
 const REST_MS = 40; // without a change, before a view is refined: sooner, further movement would often have to cancel it
 const STEPS_MS = [250, 1000]; // tracing between two pictures at rest: the first, and the longest
@@ -28,6 +29,7 @@ const LIT_PIXEL_MS = 7e-4; // the same under lights, with the pixel's first hit
 const LIT_TIMES = 2; // times the budget, of a moving picture under lights
 const LIT_SHARE = 0.7; // of that time, for first hits and completing: the rest is for paths
 const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest under lights; times completing, at least
+const THINNEST = 0.5; // pixels, of lines: thinner ones, in moving pictures of less than a third of the size, are too faint
 const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
 const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced pixels need memory
 
@@ -271,7 +273,7 @@ export class Schedule {
       return times[times.length >> 1];
     });
     const { height, width } = this.#size, fastest = medians.length > 0 ? Math.min(...medians) : this.isLit ? LIT_PIXEL_MS : PIXEL_MS;
-    const budget = this.isLit ? LIT_SHARE * LIT_TIMES * this.budget : this.budget;
+    const share = LIT_SHARE - (this.thickness > 0 ? LIT_LINES_SHARE : 0), budget = (this.isLit ? share * LIT_TIMES : 1) * this.budget;
     return SCALES.find((scale) => {
       const completing = fastest * height * width / scale ** 2;
       return completing < (scale < this.#movingScale ? SMALLER : 1) * budget;
@@ -295,7 +297,7 @@ export class Schedule {
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
       studio, rests: this.#step > 0,
-      cutaway: this.#cutaway, thickness: this.thickness / this.#scale,
+      cutaway: this.#cutaway, thickness: this.thickness && Math.max(this.thickness / this.#scale, THINNEST),
     });
   }
 }
