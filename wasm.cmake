@@ -25,6 +25,7 @@ set(fast_sources
   core/base/bvh.cpp
   core/base/color.cpp
   core/files/binary.cpp
+  core/files/inflate.cpp
   core/files/welding.cpp
   core/completion/guided.cpp
   core/completion/guided_surfaces.cpp
@@ -128,9 +129,11 @@ compile_wasm(runtime_of_threads wasm_threads ${PROJECT_SOURCE_DIR}/bindings/wasm
 compile_wasm(completion_objects wasm_completion ${PROJECT_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${PROJECT_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm_parts ${PROJECT_SOURCE_DIR}/bindings/wasm_parts.cpp ${wasm_flags} ${small_flags})
+compile_wasm(reading_objects wasm_reading ${PROJECT_SOURCE_DIR}/bindings/wasm_reading.cpp ${wasm_flags} ${small_flags})
 compile_wasm(files_objects wasm_files ${PROJECT_SOURCE_DIR}/bindings/wasm_files.cpp ${wasm_flags} ${small_flags})
 compile_wasm(light_objects wasm_light ${PROJECT_SOURCE_DIR}/bindings/wasm_light.cpp ${wasm_flags} ${small_flags})
 compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
+compile_wasm(shapes_objects wasm_3mf ${PROJECT_SOURCE_DIR}/bindings/wasm_3mf.cpp ${wasm_flags} ${small_flags})
 compile_wasm(drawing_objects wasm_drawing ${PROJECT_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
 
 # One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
@@ -152,13 +155,13 @@ set(of_one ${completion_objects} ${one_thread})
 link_wasm(complete ${of_one} ${completion_simd128})
 link_wasm(complete.relaxed ${of_one} ${completion_relaxed})
 # Links the cores for instructions of SET. The linker leaves unused code out: core.mesh has no shapes except meshes; it has lights,
-# and draws and finds edges, only as core.mesh.light; only these two read files of meshes.
+# and draws and finds edges, only as core.mesh.light; only these two read files of meshes, and core reads 3MF, which may have other shapes.
 macro(link_cores name set)
   set(core ${completion_${set}} ${tracing_objects} ${tracing_${set}})
   set(light ${light_objects} ${light_${set}})
-  link_wasm(core${name} ${ARGN} ${core} ${shapes_objects} ${drawing_objects} ${light})
-  link_wasm(core.mesh${name} ${ARGN} ${core} ${files_objects})
-  link_wasm(core.mesh.light${name} ${ARGN} ${core} ${files_objects} ${drawing_objects} ${light})
+  link_wasm(core${name} ${ARGN} ${core} ${reading_objects} ${shapes_objects} ${drawing_objects} ${light})
+  link_wasm(core.mesh${name} ${ARGN} ${core} ${reading_objects} ${files_objects})
+  link_wasm(core.mesh.light${name} ${ARGN} ${core} ${reading_objects} ${files_objects} ${drawing_objects} ${light})
 endmacro()
 link_cores("" simd128 ${of_one})
 link_cores(.relaxed relaxed ${of_one})

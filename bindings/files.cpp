@@ -8,8 +8,9 @@
 #include <string_view>
 
 #include "bindings.h"
-#include "files/gltf_data.h"
+#include "files/placing.h"
 #include "files/read.h"
+#include "files/threemf/functions.h"
 
 using namespace nb::literals;
 
@@ -19,7 +20,7 @@ bob::files::Bytes span_of(const nb::bytes& data) { return {static_cast<const std
 
 /// A reading, and the bytes that it reads.
 struct Reading {
-    Reading(std::string_view format, const nb::bytes& data) : data_(data), core_(format, span_of(data)) {}
+    Reading(std::string_view format, const nb::bytes& data) : data_(data), core_(bob::files::reader_of(format), span_of(data)) {}
 
     std::string go_on() {
         const InUse in_use(this);
@@ -31,6 +32,7 @@ struct Reading {
     void refuse(std::string_view why) { core_.refuse(why); }
     std::string description() { return bob::files::description(core_.contents()); }
     Array<double, -1, -1> numbers();
+    bob::files::OtherShape& shape(std::size_t number) { return core_.contents().shapes.at(number); }
     bob::files::Part& part(std::size_t number) { return core_.contents().parts.at(number); }
     nb::bytes image(std::size_t number) {
         const auto& bytes = core_.contents().images.at(number).bytes;
@@ -64,10 +66,27 @@ std::optional<Array<double, -1, -1>> field(Reading& reading, std::size_t part, s
     return handed_over(numbers, number < 4 ? 3 : number == 4 ? 1 : 2);
 }
 
+/// The arrays of a tube, or the formulas and the bounds of an implicit surface.
+nb::tuple shape(Reading& reading, std::size_t number) {
+    auto& shape = reading.shape(number).shape;
+    if (auto* const beams = std::get_if<bob::files::Beams>(&shape)) {
+        return nb::make_tuple(handed_over(beams->ends, 3), handed_over(beams->radii, 2));
+    }
+    const auto& level_set = std::get<bob::files::LevelSet>(shape);
+    auto bounds = make_array<double, 2, 3>(2, 3);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds.data()[axis] = level_set.bounds.low[axis];
+        bounds.data()[3 + axis] = level_set.bounds.high[axis];
+    }
+    nb::object color = nb::none();
+    if (level_set.color) color = nb::cast(*level_set.color);
+    return nb::make_tuple(level_set.formula, std::move(bounds), color);
+}
+
 }  // namespace
 
 void bind_files(nb::module_& m) {
-    m.attr("MAX_ITEMS") = bob::files::max_items;
+    m.attr("MAX_FUNCTION_NODES") = bob::files::threemf::max_nodes;
     nb::class_<Reading>(m, "Reading",
         "Reads a mesh file, whose name ends in `format`, in as many steps as it takes to fetch other files that it names. ValueError, of "
         "one line, if it can't be read.")
@@ -77,11 +96,14 @@ void bind_files(nb::module_& m) {
         .def("give", &Reading::give, "data"_a)
         .def("refuse", &Reading::refuse, "why"_a)
         .def("description", &Reading::description, "All but numbers and images, as JSON (core/files/read.h).")
-        .def("numbers", &Reading::numbers, "The numbers of the description, (n, 1): 13 for each surface, then 16 for each placement.")
+        .def("numbers", &Reading::numbers, "The numbers of the description, (n, 1) (core/files/read.h).")
         .def("triangles", [](Reading& reading, std::size_t part) { return handed_over(reading.part(part).triangles, 3); }, "part"_a,
              "(T, 3), handed over: the next call has none.")
         .def("field", &field, "part"_a, "number"_a,
              "Vertices, normals, colors, face_colors, alphas, and from 5 on uv sets, (n, 3), (n, 2) or (n, 1), handed over; None if the "
              "file has none.")
+        .def("shape", &shape, "number"_a,
+             "A shape other than a mesh: the ends (2 n, 3) and radii (n, 2) of beams, handed over; or a formula, its bounds (2, 3) and its "
+             "colour or None.")
         .def("image", &Reading::image, "number"_a, "The embedded file.");
 }

@@ -14,7 +14,7 @@ from loaded import told
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.adapters.threemf import read_3mf
+from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.sdf import Mesh, d3
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -68,9 +68,9 @@ def file(folder: Path, resources: str, level_set: str = "functionid='5' channel=
 
 def shape_in(path: Path) -> bob.Implicit:
     """Without tracing it: not every formula has a surface."""
-    shapes: list[bob.Instance] = []
-    assert read_3mf(path, shapes) == []
-    (instance,) = shapes
+    found = read_in_core(path)
+    assert found == []
+    (instance,) = found.shapes
     assert isinstance(instance.shape, bob.Implicit)
     return instance.shape
 
@@ -326,15 +326,14 @@ def test_wrong_functions_are_one_line(resources: str, message: str, tmp_path: Pa
     assert "\n" not in str(error.value)
 
 
-def test_functions_that_call_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_functions_that_call_without_end(tmp_path: Path) -> None:
     """Each calls the one before twice: 2ⁿ nodes."""
-    monkeypatch.setattr("bobrossnet.adapters.threemf_functions.MAX_NODES", 1000)
     twice = node("functioncall", "functionID=n1.value pos=inputs.pos")
     call = [twice, node("constresourceid", value="{}"), twice, node("addition", "A=n0.shape B=n2.shape")]
     calls = "".join(function(str(n), call, {"shape": "n3.result"}).replace("{}", str(n - 1)) for n in range(101, 140))
     first = function("100", [node("length", POS)], {"shape": "n0.result"})
     last = function("5", call, {"shape": "n3.result"}).replace("{}", "139")
-    with pytest.raises(bob.InputError, match="expected at most 1,000 nodes to evaluate, got more"):
+    with pytest.raises(bob.InputError, match="expected at most 65,536 nodes to evaluate, got more"):
         bob.load(file(tmp_path, first + calls + last))
 
 

@@ -18,6 +18,10 @@ CUBE = {"area": 6.0, "low": (0, 0, 0), "high": (1, 1, 1)}
 counts of attributes."""
 
 FACTS = {
+    "3mf-build-of-parts/box.3mf": CUBE,
+    "3mf-colors-of-corners/box.3mf": CUBE | {"colors": np.eye(3)[::-1]},
+    "3mf-names/space.3mf": CUBE,
+    "3mf-slices/box.3mf": CUBE,
     "bom/box.obj": CUBE,
     "bom-mtl/box.obj": CUBE | {"colors": [from_srgb(np.array([0.9, 0.1, 0.1]))]},
     "concave/comb.obj": {"area": 78.0},
@@ -37,6 +41,7 @@ FACTS = {
     "stl/upper-case.stl": CUBE,
 }
 ERRORS = {
+    "3mf-required/box.3mf": "requiredextensions: expected supported extensions, got http://example.com/unknown",
     "bom/utf-16.obj": "expected text in UTF-8, got UTF-16; save it as UTF-8",
     "stl/decimal-commas.stl": "expected numbers with decimal points, got '1,0'; replace decimal commas",
 }
@@ -48,7 +53,7 @@ FILES = """async ([file, beside]) => {
   const last = (path) => path.split("/").at(-1);
   const others = new Beside(beside.map((other) => ({ name: last(other), arrayBuffer: () => fetched(other) })));
   try {
-    const core = await loadCore("core.mesh");
+    const core = await loadCore(file.endsWith(".3mf") ? "core" : "core.mesh");
     const { shapes, instances, warnings } = await readFile(core, last(file), await fetched(file), others);
     const of = ({ vertices, triangles, colors = [], uv = [], texture = [] }, i) => ({
       vertices: [...vertices], triangles: [...triangles], colors: [...colors], uv: [...uv], texels: [...texture],

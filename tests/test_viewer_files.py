@@ -6,6 +6,7 @@ import io
 import json
 import struct
 import warnings
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -418,6 +419,61 @@ def outcome(load, file):
         return load(file)
     except bob.InputError as error:
         return error
+
+
+THREEMF_CASES = ["3mf-beams/floor-and-beams", "3mf-colors-of-corners/box", "3mf-names/space", "3mf-slices/box"]
+
+
+@pytest.mark.parametrize("name", THREEMF_CASES)
+def test_cases_of_3mf(name, same):
+    same("a.3mf", (Path(__file__).parent / f"cases/{name}.3mf").read_bytes())
+
+
+def test_3mf_with_textures_and_beams_in_places(same, read, tmp_path):
+    core, microsoft = (
+        "http://schemas.microsoft.com/3dmanufacturing/core/2015/02",
+        "http://schemas.microsoft.com/3dmanufacturing",
+    )
+    corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0))
+    vertices = "".join(f"<vertex x='{x}' y='{y}' z='{z}'/>" for x, y, z in corners)
+    places = "".join(f"<m:tex2coord u='{u}' v='{v}'/>" for u, v in ((0, 0), (2, 0), (2, 2), (0, 2)))
+    beams = "<b:beam v1='0' v2='1' p1='0'/><b:beam v1='1' v2='2' r1='.2' r2='.1'/>"
+    text = (
+        f"<model unit='inch' xmlns='{core}' xmlns:m='{microsoft}/material/2015/02' "
+        f"xmlns:b='{microsoft}/beamlattice/2017/02'><resources>"
+        "<m:texture2d id='3' path='/3D/paint.png' tilestyleu='mirror'/>"
+        f"<m:texture2dgroup id='4' texid='3'>{places}</m:texture2dgroup>"
+        "<m:colorgroup id='5'><m:color color='#FF8000'/></m:colorgroup>"
+        f"<object id='1' name='cloth'><mesh><vertices>{vertices}</vertices><triangles>"
+        "<triangle v1='0' v2='1' v3='2' pid='4' p1='0' p2='1' p3='2'/><triangle v1='0' v2='2' v3='3' pid='5' p1='0'/>"
+        "</triangles></mesh></object>"
+        f"<object id='2' name='frame' pid='5'><mesh><vertices>{vertices}</vertices><triangles/>"
+        f"<b:beamlattice radius='0.05' minlength='0.001'><b:beams>{beams}</b:beams></b:beamlattice></mesh></object>"
+        "<object id='6'><components><component objectid='1'/>"
+        "<component objectid='2' transform='0 1 0 -1 0 0 0 0 1 1 0 0'/></components></object></resources>"
+        "<build><item objectid='6'/><item objectid='2'/></build></model>"
+    )
+    texels = np.random.default_rng(3).integers(0, 255, (4, 6, 3), np.uint8)
+    content, picture = io.BytesIO(), io.BytesIO()
+    Image.fromarray(texels).save(picture, "PNG")
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", text)
+        archive.writestr("3D/paint.png", picture.getvalue())
+    found = same("a.3mf", content.getvalue(), pixels=2)
+    assert sorted(found["names"]) == sorted(instance.name for instance in bob.load(tmp_path / "a.3mf").instances)
+    damaged = content.getvalue().replace(b"PK\5\6", b"PK\5\7")
+    problem = "expected a zip file that can be unpacked, got another (no directory at its end)"
+    assert read("b.3mf", damaged)["error"] == f"b.3mf: {problem}"
+
+
+def test_formulas_of_3mf(same, tmp_path):
+    from bobrossnet.sdf import Mesh, d3
+
+    box = d3.box(1).mesh(0.5)
+    carved = d3.sphere(0.7).color("#ff8000") - Mesh(box.vertices, box.triangles).sdf().translate((0.5, 0, 0))
+    for name, shape in {"carved": carved, "bent": d3.box((4, 0.6, 0.6)).bend(0.7).color("#0080ff")}.items():
+        shape.save(tmp_path / "written.3mf")
+        same(f"{name}.3mf", (tmp_path / "written.3mf").read_bytes(), pixels=6)
 
 
 @pytest.mark.parametrize("name", GLTF_CASES)

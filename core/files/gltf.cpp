@@ -9,48 +9,14 @@
 #include "base/interruption.h"
 #include "base/vec3d.h"
 #include "files/gltf_surfaces.h"
+#include "files/placing.h"
 #include "files/read.h"
 #include "files/text.h"
 
 namespace bob::files {
 namespace {
 
-/// The upper rows of a matrix that is multiplied from the left.
-using Rows = std::array<double, 12>;
-
 constexpr Rows z_up = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // (x, y, z) to (x, -z, y)
-constexpr Rows identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-/// The map that does b first, then a.
-Rows product(const Rows& a, const Rows& b) {
-    Rows result;
-    for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t j = 0; j < 4; ++j) {
-            result[4 * i + j] = a[4 * i] * b[j] + a[4 * i + 1] * b[4 + j] + a[4 * i + 2] * b[8 + j] + (j == 3 ? a[4 * i + 3] : 0);
-        }
-    }
-    return result;
-}
-
-/// A point where the map takes it, or a direction without the shift.
-Vec3d moved(const Rows& m, const double* p, double shift = 1) {
-    Vec3d result;
-    for (std::size_t i = 0; i < 3; ++i) result[i] = m[4 * i] * p[0] + m[4 * i + 1] * p[1] + m[4 * i + 2] * p[2] + shift * m[4 * i + 3];
-    return result;
-}
-
-/// The map of normals: cofactors, which are det times the inverse transpose, and exist where a part is pressed flat. Second,
-/// whether the map mirrors.
-std::pair<Rows, bool> of_normals(const Rows& m) {
-    const Vec3d a = {m[0], m[4], m[8]}, b = {m[1], m[5], m[9]}, c = {m[2], m[6], m[10]};
-    const Vec3d columns[] = {cross(b, c), cross(c, a), cross(a, b)};
-    const bool is_mirrored = dot(a, columns[0]) < 0;
-    Rows result{};
-    for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t j = 0; j < 3; ++j) result[4 * i + j] = is_mirrored ? -columns[j][i] : columns[j][i];
-    }
-    return {result, is_mirrored};
-}
 
 Rows placed(const Vec3d& shift, std::array<double, 4> turn, const Vec3d& scale) {
     const double length = std::sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
@@ -132,14 +98,6 @@ Numbers<std::int32_t> corners_of(const Numbers<std::int32_t>& stored, Mode mode)
     return result;
 }
 
-/// A primitive of a mesh in the pose that a node gives it.
-struct Primitive {
-    Numbers<double> vertices, normals, colors, alphas;
-    std::vector<Numbers<double>> uv;
-    Numbers<std::int32_t> triangles;
-    int surface = -1;
-};
-
 /// The matrices by which a skin's joints move its mesh.
 using Joints = std::vector<Rows>;
 
@@ -147,7 +105,7 @@ using Joints = std::vector<Rows>;
 class Scene {
 public:
     Scene(GltfData& data, Contents& contents)
-        : data_(data), contents_(contents), surfaces_(data, contents, not_shown_), meshes_(data.list("meshes")), nodes_(data.list("nodes")) {}
+        : data_(data), contents_(contents), surfaces_(data, contents, not_shown_), placing_(contents), meshes_(data.list("meshes")), nodes_(data.list("nodes")) {}
 
     void read();
 
@@ -165,20 +123,17 @@ private:
     void check_nodes();
     void find_drawn();
     void note(JsonValue extensions);
-    void count(std::size_t items);
     void draw(const Drawn& drawn);
     [[nodiscard]] const Weights& weights_of(std::size_t node);
     [[nodiscard]] std::size_t instance_count(JsonValue node) const;
     [[nodiscard]] std::vector<Rows> instances_of(JsonValue node) const;
     [[nodiscard]] const DracoMesh* draco_mesh(JsonValue stored);
     [[nodiscard]] Numbers<double> numbers(JsonValue stored, std::string_view name, int width, std::optional<bool> is_normalized = {});
-    [[nodiscard]] Primitive read(JsonValue stored, const Weights& weights);
+    [[nodiscard]] Part read(JsonValue stored, const Weights& weights);
     void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const;
-    void pose(Primitive& primitive, JsonValue stored, const Joints& joints);
+    void pose(Part& primitive, JsonValue stored, const Joints& joints);
     [[nodiscard]] const Joints& joints_of(JsonValue skin);
-    void add(Primitive primitive, const Rows& place, int label);
     [[nodiscard]] int label_of(std::size_t node);
-    [[nodiscard]] int new_label(std::string name, int parent);
 
     [[nodiscard]] JsonValue mesh_of(std::size_t node) const { return data_.item("meshes", nodes_[node]["mesh"]); }
 
@@ -186,18 +141,16 @@ private:
     Contents& contents_;
     NotShown not_shown_;
     GltfSurfaces surfaces_;
+    Placing placing_;
     const std::vector<JsonValue>&meshes_, &nodes_;
     std::vector<std::size_t> roots_;
     std::vector<Rows> places_;  // of nodes, in the axes of glTF
     std::vector<std::optional<std::size_t>> parents_;  // of nodes
     std::vector<std::optional<int>> labels_;           // of nodes
-    std::map<std::pair<int, std::string>, int> taken_;  // how many labels of a parent have a name
     std::vector<Drawn> drawn_;
     std::map<std::pair<bool, std::size_t>, Weights> weights_;  // of nodes, and of meshes
     std::map<double, Joints> joints_;   // by the numbers of skins
     std::map<double, DracoMesh> draco_;  // by the numbers of views
-    std::map<int, std::size_t> parts_;  // by surface
-    std::size_t items_ = 0;
 };
 
 std::size_t index_of(JsonValue number) { return static_cast<std::size_t>(*number.number()); }
@@ -209,12 +162,7 @@ void Scene::read() {
     find_drawn();
     note(data_.root()["extensions"]);
     for (const Drawn& drawn : drawn_) draw(drawn);
-    for (Part& part : contents_.parts) {
-        const std::size_t count = part.vertices.size() / 3;
-        if (!part.normals.empty()) part.normals.resize(3 * count, nan);
-        if (!part.colors.empty()) part.colors.resize(3 * count, nan);
-        if (!part.alphas.empty()) part.alphas.resize(count, nan);
-    }
+    placing_.finish();
     if (data_.list("scenes").size() > 1) not_shown_.insert("other scenes");
     if (data_.root()["animations"].size()) not_shown_.insert("animations");
     std::string names;
@@ -330,7 +278,7 @@ void Scene::find_drawn() {
         noted[mesh_number] = true;
         if (is_new) note(mesh["extensions"]);
         const std::size_t places = at_item("nodes", number, [&] { return instance_count(node); });
-        for (const auto& [name, accessor] : node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"].members()) count(data_.accessor(accessor).count);
+        for (const auto& [name, accessor] : node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"].members()) placing_.count(data_.accessor(accessor).count);
         const std::size_t morphs = weights_of(number).size();
         for (const JsonValue primitive : mesh["primitives"].items()) {
             const auto mode = integer("mode", primitive["mode"], points, triangle_fan, triangles);
@@ -343,11 +291,11 @@ void Scene::find_drawn() {
             check_instances("primitives", placed);
             const std::size_t vertices = data_.accessor(primitive["attributes"]["POSITION"]).count;
             const std::size_t corners = primitive["indices"] ? data_.accessor(primitive["indices"]).count : vertices;
-            count(vertices);
-            count(corners);
+            placing_.count(vertices);
+            placing_.count(corners);
             const std::size_t items = vertices + (mode == triangles ? corners / 3 : corners);
-            if (morphs) count(primitive["targets"].size());
-            for (std::size_t i = 0; i < places + morphs; ++i) count(items);
+            if (morphs) placing_.count(primitive["targets"].size());
+            for (std::size_t i = 0; i < places + morphs; ++i) placing_.count(items);
             if (places) drawn_.push_back({number, primitive});
         }
     }
@@ -359,19 +307,12 @@ void Scene::note(JsonValue extensions) {
     }
 }
 
-void Scene::count(std::size_t items) {
-    if (items > max_items - items_) {
-        refuse({"expected at most ", grouped(max_items), " triangles and vertices in all its parts, got more"});
-    }
-    items_ += items;
-}
-
 void Scene::draw(const Drawn& drawn) {
     Interruption::check();
     const JsonValue node = nodes_[drawn.node], attributes = drawn.primitive["attributes"];
     const bool is_skinned = bool(data_.item("skins", node["skin"])) && attributes["JOINTS_0"] && attributes["WEIGHTS_0"];
     const std::vector<Rows> instances = instances_of(node);
-    Primitive primitive = at_item("meshes", index_of(node["mesh"]), [&] { return read(drawn.primitive, weights_of(drawn.node)); });
+    Part primitive = at_item("meshes", index_of(node["mesh"]), [&] { return read(drawn.primitive, weights_of(drawn.node)); });
     if (primitive.surface >= 0) {
         const Surface& surface = contents_.surfaces[static_cast<std::size_t>(primitive.surface)];
         if (surface.opacity == Opacity::cutout && surface.alpha_cutoff > 1) return;  // all of it is cut out
@@ -380,8 +321,8 @@ void Scene::draw(const Drawn& drawn) {
     if (is_skinned) pose(primitive, drawn.primitive, at_place("skins", [&]() -> const Joints& { return joints_of(node["skin"]); }));
     const Rows& place = is_skinned ? identity : places_[drawn.node];
     const int label = label_of(drawn.node);
-    for (std::size_t i = 0; i + 1 < instances.size(); ++i) add(primitive, product(z_up, product(place, instances[i])), label);
-    add(std::move(primitive), product(z_up, product(place, instances.back())), label);
+    for (std::size_t i = 0; i + 1 < instances.size(); ++i) placing_.add(primitive, product(z_up, product(place, instances[i])), label);
+    placing_.add(std::move(primitive), product(z_up, product(place, instances.back())), label);
 }
 
 /// The label of a node. One without a name has its mesh's, or else its parent's.
@@ -396,21 +337,10 @@ int Scene::label_of(std::size_t node) {
             name = mesh["name"].text().value_or("");
             if (name.empty()) name = "mesh " + std::to_string(index_of(nodes_[path.back()]["mesh"]) + 1);
         }
-        if (!name.empty()) label = new_label(std::move(name), label);
+        if (!name.empty()) label = placing_.label(std::move(name), label);
         labels_[path.back()] = label;
     }
     return label;
-}
-
-/// Appends a label. A second of one name becomes "name 2".
-int Scene::new_label(std::string name, int parent) {
-    const std::string first = name;
-    for (int& count = taken_[{parent, first}]; ++count > 1;) {
-        name = first + " " + std::to_string(count);
-        if (taken_.try_emplace({parent, name}, 1).second) break;
-    }
-    contents_.labels.push_back({std::move(name), parent});
-    return static_cast<int>(contents_.labels.size()) - 1;
 }
 
 /// Weights of the mesh's morph targets that are not 0: the node's, or else the mesh's.
@@ -494,7 +424,7 @@ Numbers<double> Scene::numbers(JsonValue stored, std::string_view name, int widt
     return result;
 }
 
-Primitive Scene::read(JsonValue stored, const Weights& weights) {
+Part Scene::read(JsonValue stored, const Weights& weights) {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = data_.accessor(attributes["POSITION"]).count;
     const auto found = [&](const std::string& name, int low, int high) -> const Accessor* {
@@ -502,7 +432,7 @@ Primitive Scene::read(JsonValue stored, const Weights& weights) {
         return accessor && accessor->count == count && accessor->width >= low && accessor->width <= high ? accessor : nullptr;
     };
     const auto name_of = [](int set) { return "TEXCOORD_" + std::to_string(set); };
-    Primitive result;
+    Part result;
     result.surface = surfaces_.number(stored["material"], [&](int set) { return found(name_of(set), 2, 2) != nullptr; });
     result.vertices = numbers(stored, "POSITION", 3);
     morph(result.vertices, "POSITION", stored, weights);
@@ -561,7 +491,7 @@ void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stor
 }
 
 /// Moves vertices by the weighted mean of their joints' matrices. NaN, which is left out later, where a joint is missing.
-void Scene::pose(Primitive& primitive, JsonValue stored, const Joints& joints) {
+void Scene::pose(Part& primitive, JsonValue stored, const Joints& joints) {
     const JsonValue attributes = stored["attributes"];
     const std::size_t count = primitive.vertices.size() / 3;
     std::vector<Rows> moves(count, Rows{});
@@ -613,7 +543,7 @@ const Joints& Scene::joints_of(JsonValue skin) {
     if (accessor.width != 16 || accessor.count < result.size()) {
         refuse({"inverseBindMatrices: expected a matrix of type MAT4 for each joint, got others"});
     }
-    count(accessor.count);
+    placing_.count(accessor.count);
     const Numbers<double> m = data_.numbers(accessor, 16);
     for (std::size_t i = 0; i < result.size(); ++i) {
         Rows inverse;
@@ -623,47 +553,11 @@ const Joints& Scene::joints_of(JsonValue skin) {
     return result;
 }
 
-/// Appends `width` numbers for each vertex after those for `before` vertices; some of these may lack them.
-void append(Numbers<double>& all, Numbers<double>&& more, std::size_t before, std::size_t width) {
-    if (more.empty()) return;
-    if (before == 0) {
-        all = std::move(more);
-        return;
-    }
-    all.resize(width * before, nan);
-    all.insert(all.end(), more.begin(), more.end());
-}
-
-/// Adds a primitive to the part of its surface.
-void Scene::add(Primitive primitive, const Rows& place, int label) {
-    const auto [normal_place, is_mirrored] = of_normals(place);
-    for (std::size_t i = 0; i < primitive.vertices.size(); i += 3) std::ranges::copy(moved(place, &primitive.vertices[i]), &primitive.vertices[i]);
-    for (std::size_t i = 0; i < primitive.normals.size(); i += 3) std::ranges::copy(moved(normal_place, &primitive.normals[i], 0), &primitive.normals[i]);
-
-    const auto [at, is_new] = parts_.try_emplace(primitive.surface, contents_.parts.size());
-    if (is_new) contents_.parts.emplace_back().surface = primitive.surface;
-    Part& part = contents_.parts[at->second];
-    const std::size_t before = part.vertices.size() / 3;
-    const auto first = static_cast<std::int32_t>(before), size = static_cast<std::int32_t>(primitive.vertices.size() / 3);
-    for (std::size_t i = 0; i < primitive.triangles.size(); i += 3) {
-        std::int32_t* const corners = &primitive.triangles[i];
-        for (int k = 0; k < 3; ++k) corners[k] = corners[k] >= 0 && corners[k] < size ? corners[k] + first : -1;
-        if (is_mirrored) std::swap(corners[0], corners[2]);  // the outside stays anticlockwise
-    }
-    part.add_run(label, primitive.triangles.size() / 3);
-    append(part.vertices, std::move(primitive.vertices), before, 3);
-    append(part.normals, std::move(primitive.normals), before, 3);
-    append(part.colors, std::move(primitive.colors), before, 3);
-    append(part.alphas, std::move(primitive.alphas), before, 1);
-    part.uv.resize(std::max(part.uv.size(), primitive.uv.size()));
-    for (std::size_t i = 0; i < primitive.uv.size(); ++i) append(part.uv[i], std::move(primitive.uv[i]), before, 2);
-    part.triangles.insert(part.triangles.end(), primitive.triangles.begin(), primitive.triangles.end());
-}
-
 Contents read(Bytes text, std::optional<Bytes> chunk, Beside& beside) {
     GltfData data(text, chunk, beside);
     Contents contents;
     if (!beside.is_waiting()) Scene(data, contents).read();
+    contents.unit = "m";
     return contents;
 }
 

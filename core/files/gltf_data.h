@@ -19,15 +19,7 @@
 
 namespace bob::files {
 
-/// Calls f(), and adds the place to the message of a std::invalid_argument.
-template <class F>
-auto at_place(std::string_view place, F f) -> decltype(f()) {
-    try {
-        return f();
-    } catch (const std::invalid_argument& error) {
-        refuse({place, ": ", error.what()});
-    }
-}
+/// As `at_place`, for an item of a list.
 template <class F>
 auto at_item(std::string_view list, std::size_t number, F f) -> decltype(f()) {
     return at_place(std::string(list) + "[" + std::to_string(number) + "]", f);
@@ -36,9 +28,6 @@ auto at_item(std::string_view list, std::size_t number, F f) -> decltype(f()) {
 /// A whole number in low..high; `otherwise`, if there is one, where the value is missing.
 [[nodiscard]] std::int64_t integer(std::string_view name, JsonValue value, std::int64_t low, std::int64_t high,
                                    std::optional<std::int64_t> otherwise = {});
-
-/// Triangles and vertices in all parts of a file: this many take a few GB, and half as many fit into a page.
-constexpr std::uint64_t max_items = sizeof(void*) > 4 ? 100'000'000 : 50'000'000;
 
 /// Bytes in base64; nothing if the text is something else.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);

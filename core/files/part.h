@@ -14,8 +14,11 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "base/box.h"
+#include "formula/expression.h"
 #include "shapes/mesh/texture.h"
 #include "tracing/material.h"
 
@@ -101,20 +104,46 @@ struct Surface {
     double alpha_cutoff = 0.5;  // of the product of the image's alpha and the vertices'; infinite if nothing is shown
 };
 
-/// A part in a place. matrix: (4, 4), row by row, multiplied from the left.
+/// The upper rows of an affine map, which is multiplied from the left.
+using Rows = std::array<double, 12>;
+
+/// Straight tubes apart from each other, round at both ends.
+struct Beams {
+    Numbers<double> ends;   // (n, 2, 3); a ball where both are equal
+    Numbers<double> radii;  // (n, 2), above 0
+};
+
+/// The surface of a formula, cut off at its bounds.
+struct LevelSet {
+    Expression formula;
+    Bounds bounds;
+    std::shared_ptr<const ColorFormula> color;  // null for white
+};
+
+/// A shape other than a mesh.
+struct OtherShape {
+    std::string name;  // UTF-8, empty if it has the file's
+    std::array<double, 3> color{1, 1, 1};  // linear RGB
+    std::variant<Beams, LevelSet> shape;
+};
+
+/// One of these in a place.
 struct Placement {
-    std::size_t part;
-    std::array<double, 16> matrix;
+    std::size_t shape;  // index in Contents::shapes
+    int label;          // index in Contents::labels
+    Rows place;
 };
 
 /// Everything that a file shows.
 struct Contents {
     std::vector<Part> parts;
-    std::vector<Label> labels;          // parents come before their children
-    std::vector<Placement> placements;  // if empty, each part is shown once, untransformed
+    std::vector<Label> labels;  // parents come before their children
     std::vector<Surface> surfaces;
     std::vector<Image> images;
+    std::vector<OtherShape> shapes;
+    std::vector<Placement> placements;  // of the shapes
     std::vector<std::string> warnings;  // a line each, without the file's name
+    std::string_view unit;              // of lengths, such as "mm"; empty if the file has none
 };
 
 /// Files next to the model, which the host fetches. A reader asks for all that it wants and returns if any answer is missing;

@@ -15,13 +15,6 @@ struct Format {
 constexpr Format formats[] = {{"glb", read_glb}, {"gltf", read_gltf}, {"obj", read_obj},
                               {"off", read_off}, {"ply", read_ply}, {"stl", read_stl}};
 
-Reader reader_of(std::string_view ending) {
-    for (const Format& format : formats) {
-        if (format.ending == ending) return format.reader;
-    }
-    refuse({"format: expected one that the core reads, got ", ending});
-}
-
 /// Writes JSON, with commas where they are due.
 class Json {
 public:
@@ -114,7 +107,14 @@ void write(Json& json, const Surface& surface) {
 
 }  // namespace
 
-Reading::Reading(std::string_view format, Bytes bytes) : reader_(reader_of(format)), bytes_(bytes) {}
+Reader reader_of_meshes(std::string_view ending) {
+    for (const Format& format : formats) {
+        if (format.ending == ending) return format.reader;
+    }
+    refuse({"format: expected one that the core reads, got ", ending});
+}
+
+Reader reader_of(std::string_view ending) { return ending == "3mf" ? read_3mf : reader_of_meshes(ending); }
 
 std::string Reading::go_on() {
     if (!beside_.is_waiting()) contents_ = reader_(bytes_, beside_);
@@ -143,11 +143,6 @@ std::string description(const Contents& contents) {
         json.close('}');
     }
     json.close(']');
-    json.key("placements"), json.open('[');
-    for (const Placement& placement : contents.placements) {
-        json.value(static_cast<std::int64_t>(placement.part));
-    }
-    json.close(']');
     json.key("surfaces"), json.open('[');
     for (const Surface& surface : contents.surfaces) write(json, surface);
     json.close(']');
@@ -159,9 +154,26 @@ std::string description(const Contents& contents) {
         json.close('}');
     }
     json.close(']');
+    json.key("shapes"), json.open('[');
+    for (const OtherShape& shape : contents.shapes) {
+        json.open('{');
+        json.key("kind"), json.value(std::holds_alternative<Beams>(shape.shape) ? "tube" : "implicit");
+        json.key("name"), json.value(shape.name);
+        json.close('}');
+    }
+    json.close(']');
+    json.key("placements"), json.open('[');
+    for (const Placement& placement : contents.placements) {
+        json.open('[');
+        json.value(static_cast<std::int64_t>(placement.shape)), json.value(std::int64_t{placement.label});
+        json.close(']');
+    }
+    json.close(']');
     json.key("warnings"), json.open('[');
     for (const std::string& warning : contents.warnings) json.value(std::string_view(warning));
-    json.close(']'), json.close('}');
+    json.close(']');
+    json.key("unit"), json.value(contents.unit);
+    json.close('}');
     return std::move(json).text();
 }
 
@@ -174,7 +186,8 @@ Numbers<double> numbers(const Contents& contents) {
         result.insert(result.end(), std::begin(m.emissive), std::end(m.emissive));
         result.push_back(surface.alpha_cutoff);
     }
-    for (const Placement& placement : contents.placements) result.insert(result.end(), placement.matrix.begin(), placement.matrix.end());
+    for (const OtherShape& shape : contents.shapes) result.insert(result.end(), shape.color.begin(), shape.color.end());
+    for (const Placement& placement : contents.placements) result.insert(result.end(), placement.place.begin(), placement.place.end());
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -35,6 +36,16 @@ namespace bob::files {
 
 /// Throws std::invalid_argument with a message of texts.
 [[noreturn]] void refuse(std::initializer_list<std::string_view> texts);
+
+/// Calls f(), and adds the place to the message of a std::invalid_argument.
+template <class F>
+auto at_place(std::string_view place, F f) -> decltype(f()) {
+    try {
+        return f();
+    } catch (const std::invalid_argument& error) {
+        refuse({place, ": ", error.what()});
+    }
+}
 
 /// A decimal number, infinity or NaN, rounded to the nearest double. Throws std::invalid_argument for other words, and says so
 /// if it has a decimal comma.

@@ -37,7 +37,7 @@ FUZZ(files) {
     const std::size_t middle = format == "obj" ? all.find(std::string_view("\0\0", 2)) : std::string_view::npos;
     const auto bytes = [](std::string_view text) { return bob::files::Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()); };
     const std::string_view other = middle == std::string_view::npos ? std::string_view() : all.substr(middle + 2);
-    bob::files::Reading reading(format, bytes(all.substr(0, middle)));
+    bob::files::Reading reading(bob::files::reader_of(format), bytes(all.substr(0, middle)));
     try {
         int asked = 0;
         for (std::string wanted = reading.go_on(); !wanted.empty(); wanted = reading.go_on()) {

@@ -13,7 +13,7 @@ FUZZ(gltf) {
     const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
     try {
         const bob::Interruption impatience(fuzz::Patience{1000});
-        Reading reading(text.starts_with("glTF") ? "glb" : "gltf", bytes);
+        Reading reading(reader_of(text.starts_with("glTF") ? "glb" : "gltf"), bytes);
         for (std::string wanted = reading.go_on(); !wanted.empty(); wanted = reading.go_on()) {
             if (wanted.size() % 2) {
                 reading.give(bytes);

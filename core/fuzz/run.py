@@ -12,7 +12,13 @@ from pathlib import Path
 CORPUS = Path(__file__).parent / "corpus"
 LONGEST = 1 << 10
 """Bytes of an input; of texts, which take words, four times as many."""
-WORDS = {"files": "files/*.cpp", "gltf": "files/gltf*.cpp", "script": "modelling/*.cpp", "vm": "formula/vm.cpp"}
+WORDS = {
+    "files": "files/*.cpp",
+    "gltf": "files/gltf*.cpp",
+    "script": "modelling/*.cpp",
+    "threemf": "files/threemf/*.cpp",
+    "vm": "formula/vm.cpp",
+}
 """Targets that read text. libFuzzer inserts the quoted words of each file."""
 
 

@@ -15,7 +15,7 @@ using bob::files::Numbers;
 
 Contents read(std::string_view format, std::string_view text, std::string_view beside = "") {
     const auto bytes = [](std::string_view own) { return bob::files::Bytes(reinterpret_cast<const std::uint8_t*>(own.data()), own.size()); };
-    bob::files::Reading reading(format, bytes(text));
+    bob::files::Reading reading(bob::files::reader_of(format), bytes(text));
     while (!reading.go_on().empty()) {
         if (beside.empty()) {
             reading.refuse("none");

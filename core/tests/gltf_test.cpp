@@ -64,7 +64,7 @@ TEST(gltf_errors_name_their_place) {
 TEST(gltf_files_next_to_it_are_asked_for) {
     std::string text = triangle("");
     text.replace(text.find("data:;base64,AAAAAgAAAAIA"), 25, "a%20b.bin");
-    Reading reading("gltf", bytes_of(text));
+    Reading reading(read_gltf, bytes_of(text));
     CHECK(reading.go_on() == "a b.bin");
     const std::uint8_t points[9] = {0, 0, 0, 2, 0, 0, 0, 2, 0};
     reading.give(points);

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Mesh files are read by the core (core/files). This module fetches files that they name, and decodes their images, as does
+ * Mesh files and 3MF are read by the core (core/files). This module fetches files that they name, and decodes their images, as does
  * bobrossnet.adapters.core_files.
  *
  * @typedef {import("./beside.js").Beside} Beside
@@ -13,11 +13,14 @@
  * @typedef {{image: number, wrap: string[], uv: number}} Layer
  * @typedef {{name: string, layers: {color?: Layer, mask?: Layer, metallic_roughness?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
  *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as in core/files/read.h
- * @typedef {{parts: {runs: number[], surface: number, uv: number}[], labels: {name: string, parent: number}[], placements: number[],
- *   surfaces: Described[], images: {name: string, label: string}[], warnings: string[]}} Contents
+ * @typedef {{parts: {runs: number[], surface: number, uv: number}[], labels: {name: string, parent: number}[],
+ *   surfaces: Described[], images: {name: string, label: string}[], shapes: {kind: "tube" | "implicit", name: string}[],
+ *   placements: [number, number][], warnings: string[], unit: string}} Contents
+ * @typedef {{parts: Part[], scene: import("../tracing/description.js").SceneDescription}} Read scene: of shapes other than meshes
  */
 
 import { CoreError, oneLine } from "../core/errors.js";
+import { isSingular } from "../shapes/affine.js";
 import { WHITE } from "../tracing/description.js";
 import { Pictures, half } from "./surface.js";
 
@@ -32,18 +35,30 @@ const MAX_DEPTH = 32;
 /** Name for an unnamed thing next to named ones. */
 const UNNAMED = "unnamed";
 
-/** Numbers of a surface. */
-const OF_SURFACE = 13;
+/** Numbers of a surface, a shape and a placement. */
+const OF_SURFACE = 13, OF_SHAPE = 3, OF_PLACEMENT = 12;
+
+/** The arrays of other shapes, in the order of bindings/wasm_3mf.cpp. */
+const ARRAYS = {
+  tube: { control_points: Float64Array, knots: Float64Array, radii: Float64Array },
+  implicit: {
+    bounds: Float64Array, ops: Uint8Array, operands: Uint32Array, values: Float64Array, mesh_sizes: Uint32Array,
+    mesh_vertices: Float32Array, mesh_triangles: Uint32Array, color_ops: Uint8Array, color_operands: Uint32Array,
+    color_values: Float64Array, color_mesh_sizes: Uint32Array, color_mesh_vertices: Float32Array,
+    color_mesh_triangles: Uint32Array, color_roots: Uint32Array,
+  },
+};
 
 /**
  * @param {Core} core
  * @param {string} format the ending of the file's name, without its point
  * @param {ArrayBuffer} bytes
+ * @param {string} name of the file
  * @param {Warn} warn
  * @param {Beside} beside
- * @returns {Promise<Part[]>}
+ * @returns {Promise<Read>}
  */
-export async function readInCore(core, format, bytes, warn, beside) {
+export async function readInCore(core, format, bytes, name, warn, beside) {
   const address = core.put(new Uint8Array(bytes));
   let reading = 0;
   try {
@@ -54,16 +69,36 @@ export async function readInCore(core, format, bytes, warn, beside) {
     const contents = JSON.parse(textOf(core, reading));
     contents.warnings.forEach(warn);
     const numbers = copied(core, Float64Array, "reading_numbers", reading) ?? new Float64Array(0);
-    contents.surfaces.forEach((surface, i) => addNumbers(surface, Array.from(numbers.subarray(OF_SURFACE * i, OF_SURFACE * (i + 1)))));
+    let taken = 0;
+    const take = (/** @type {number} */ count) => Array.from(numbers.subarray(taken, taken += count));
+    contents.surfaces.forEach((surface) => addNumbers(surface, take(OF_SURFACE)));
+    const colors = contents.shapes.map(() => take(OF_SHAPE)), places = contents.placements.map(() => take(OF_PLACEMENT));
     const surfaces = await new Images(core, reading, contents, warn, beside).surfaces();
     const paths = pathsOf(contents.labels);
-    return contents.parts.map((part, number) => ({
+    const parts = contents.parts.map((part, number) => ({
       ...partOf(core, reading, number, part, surfaces[part.surface], contents.surfaces[part.surface]), runs: runsOf(part.runs, paths),
     }));
+    const shapes = contents.shapes.map(({ kind }, number) => shapeOf(core, reading, number, kind));
+    const instances = contents.placements.map(([shape, label], i) => {
+      const transform = [...places[i], 0, 0, 0, 1];
+      if (isSingular(core, transform)) throw new CoreError("transform: expected a map that keeps all three dimensions, got one that is singular");
+      return {
+        shape, transform, material: { ...WHITE, color: colors[shape] }, name: oneLine(contents.shapes[shape].name) || name,
+        pieces: /** @type {[string[], null][]} */ ([[paths[label], null]]),
+      };
+    });
+    return { parts, scene: { shapes, instances, unit: contents.unit || null } };
   } finally {
     if (reading) core.call("free_reading", reading);
     core.release(address);
   }
+}
+
+/** @param {Core} core @param {number} reading @param {number} number @param {keyof typeof ARRAYS} kind */
+function shapeOf(core, reading, number, kind) {
+  core.made("read_shape", reading, number);
+  const arrays = Object.entries(ARRAYS[kind]).map(([name, type], i) => [name, copied(core, /** @type {any} */ (type), "shape_array", reading, i)]);
+  return { kind, ...Object.fromEntries(arrays.filter(([, array]) => array)) };
 }
 
 /** The path of each label; at its end, the path of no label. @param {Contents["labels"]} labels */

@@ -19,12 +19,10 @@ import { meshScene } from "./joined.js";
 
 const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
 
-/** Formats whose lengths are in metres; the other meshes' have no unit. */
-const IN_METRES = ["glb", "gltf"];
-
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
   ...Object.fromEntries(MESHES.map((ending) => [ending, inCore(ending.slice(1))])),
+  ".3mf": inCore("3mf"),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
@@ -38,7 +36,7 @@ export const ENDINGS = Object.keys(READERS);
 const MOST_NAMED = 40;
 
 /** Files that only the Python package reads. */
-const CONVERTED = [".3mf", ".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
+const CONVERTED = [".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
 
 /** @param {string} name of a file */
 const endingOf = (name) => /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
@@ -114,9 +112,11 @@ function inCore(format) {
   return async (core, bytes, name, beside) => {
     /** @type {string[]} */
     const told = [];
-    const parts = await readInCore(core, format, bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
-    const { warnings = [], ...scene } = meshScene(core, name, parts);
-    return { ...scene, warnings: [...told, ...warnings], unit: IN_METRES.includes(format) ? "m" : null };
+    const { parts, scene } = await readInCore(core, format, bytes, name, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
+    if (scene.instances.length && !parts.some(({ triangles }) => triangles.length)) return { ...scene, warnings: told };
+    const { shapes, instances, warnings = [] } = meshScene(core, name, parts), before = shapes.length;
+    const others = scene.instances.map((instance) => ({ ...instance, shape: before + instance.shape }));
+    return { shapes: shapes.concat(scene.shapes), instances: instances.concat(others), warnings: [...told, ...warnings], unit: scene.unit };
   };
 }
 

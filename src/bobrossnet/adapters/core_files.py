@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,14 @@ import numpy as np
 
 from bobrossnet import _core
 from bobrossnet.adapters.beside import Beside
-from bobrossnet.adapters.part import MAX_DEPTH, Found, Part, converted, counted, placed
+from bobrossnet.adapters.part import MAX_DEPTH, Found, Part, converted
 from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of
+from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.shapes.shape import Shape
+from bobrossnet.shapes.tube import segments
 from bobrossnet.support.errors import InputError
-from bobrossnet.support.messages import one_line, warn_of
-from bobrossnet.tracing.instance import Piece
+from bobrossnet.support.messages import name_of, one_line, warn_of
+from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
 VERTICES, NORMALS, COLORS, FACE_COLORS, ALPHAS, UV = range(6)
@@ -26,15 +30,12 @@ MATERIAL = ("ambient", "diffuse", "specular", "shininess", "metallic", "roughnes
 UNNAMED = "unnamed"
 """Name of unnamed parts next to named ones."""
 
-GLTF = (".gltf", ".glb")
-"""Endings of files in metres; other formats have no unit."""
-
-OF_SURFACE = 13
-"""Numbers of each surface; 16 for each placement follow."""
+OF_SURFACE, OF_SHAPE, OF_PLACEMENT = 13, 3, 12
+"""Numbers of each surface, shape and placement."""
 
 
 def read_in_core(file: Path) -> Found[Part]:
-    """Return the placed parts of a mesh file.
+    """Return the parts of a mesh file, and the other shapes in it.
 
     Raises
     ------
@@ -50,11 +51,13 @@ def read_in_core(file: Path) -> Found[Part]:
             except InputError as error:
                 reading.refuse(str(error))
         contents = json.loads(reading.description())
-        numbers = reading.numbers()
-    of_surfaces = len(contents["surfaces"]) * OF_SURFACE
-    for described, own in zip(
-        contents["surfaces"], numbers[:of_surfaces].reshape(-1, OF_SURFACE).tolist(), strict=True
-    ):
+        rows = iter(reading.numbers().reshape(-1))
+
+    def numbers(described: list[Any], width: int) -> list[list[float]]:
+        """Take the numbers of each of these."""
+        return [[float(number) for number in islice(rows, width)] for _ in described]
+
+    for described, own in zip(contents["surfaces"], numbers(contents["surfaces"], OF_SURFACE), strict=True):
         described |= {"color": own[:3], "emissive": own[9:12], "alpha_cutoff": own[12]} | dict(
             zip(MATERIAL, own[3:9], strict=True)
         )
@@ -64,15 +67,30 @@ def read_in_core(file: Path) -> Found[Part]:
     surfaces = [images.surface(described) for described in contents["surfaces"]]
     contents["paths"] = _paths(contents["labels"])
     parts = [_part(reading, number, part, surfaces, contents) for number, part in enumerate(contents["parts"])]
-    unit = "m" if file.suffix.lower() in GLTF else None
-    if not contents["placements"]:
-        return Found(parts, unit)
-    total, shown = 0, Found[Part](unit=unit)
-    for number, matrix in zip(contents["placements"], numbers[of_surfaces:].reshape(-1, 4, 4), strict=True):
-        part = parts[number]
-        total = counted(total, len(part.vertices) + len(part.triangles))
-        shown.append(placed(part, matrix))
-    return shown
+    colors = numbers(contents["shapes"], OF_SHAPE)
+    places = numbers(contents["placements"], OF_PLACEMENT)
+    with _input_errors():
+        shapes = [_shape(reading, number, shape["kind"]) for number, shape in enumerate(contents["shapes"])]
+    instances = []
+    for (number, label), place in zip(contents["placements"], places, strict=True):
+        instances.append(
+            Instance(
+                shapes[number],
+                np.array([*place, 0, 0, 0, 1]).reshape(4, 4),
+                Material(color=tuple(colors[number])),
+                one_line(contents["shapes"][number]["name"]) or name_of(file),
+                [(contents["paths"][label], None)],
+            )
+        )
+    return Found(parts, contents["unit"] or None, instances)
+
+
+def _shape(reading: _core.Reading, number: int, kind: str) -> Shape:
+    if kind == "tube":
+        ends, radii = reading.shape(number)
+        return segments(ends.reshape(-1, 2, 3), radii)
+    formula, bounds, color = reading.shape(number)
+    return Implicit(formula, bounds, color)
 
 
 @contextmanager

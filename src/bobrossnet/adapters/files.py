@@ -1,6 +1,6 @@
 """Reads files: returns a scene or a mesh, or raises an error of one line.
 
-PLY, OBJ, STL, OFF and glTF are read in the core, as in the page. 3MF is read here.
+Meshes and 3MF are read in the core, as in the page.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -17,17 +17,16 @@ import numpy as np
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
-from bobrossnet.adapters.core_files import GLTF, read_in_core
+from bobrossnet.adapters.core_files import read_in_core
 from bobrossnet.adapters.foreign import is_foreign, shapes_of
 from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.opencascade import read_iges, read_step
-from bobrossnet.adapters.part import Found, Part
+from bobrossnet.adapters.part import Found
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
-from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.shapes.affine import TURNS
 from bobrossnet.shapes.implicit import Implicit
@@ -35,7 +34,7 @@ from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
-from bobrossnet.support.messages import name_of, one_line
+from bobrossnet.support.messages import name_of, one_line, warn_of
 from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
@@ -44,15 +43,8 @@ from bobrossnet.tracing.upright import seems_to_lie
 SAMPLE = "sample:"
 """Begins the name of a shape that the package brings."""
 
-MESH_READERS: dict[str, Callable[[Path], Found[Part]]] = {
-    ".ply": read_in_core,
-    ".obj": read_in_core,
-    ".stl": read_in_core,
-    ".off": read_in_core,
-    ".glb": read_in_core,
-    ".gltf": read_in_core,
-    ".3mf": read_3mf,
-}
+MESH_ENDINGS = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf")
+GLTF = (".glb", ".gltf")
 SCRIPT_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script}
 FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".vm": read_vm}
 SCENE_READERS: dict[str, Callable[[Path], SceneLike]] = {SCENE_ENDING: read_scene}
@@ -74,8 +66,7 @@ IMPLICIT_READERS = SCRIPT_READERS | FORMULA_READERS
 INSTANCE_READERS = SCENE_READERS | NURBS_READERS | CAD_READERS
 """Readers of files whose shapes have their own names and materials, or are of several kinds."""
 
-MESH_ENDINGS = tuple(MESH_READERS)
-ALL_ENDINGS = (*MESH_READERS, *IMPLICIT_READERS, *INSTANCE_READERS)
+ALL_ENDINGS = (*MESH_ENDINGS, *IMPLICIT_READERS, *INSTANCE_READERS)
 
 KINDS: dict[str, tuple[str, ...]] = {
     "meshes": MESH_ENDINGS,
@@ -181,9 +172,8 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
         return sample(path)
     file = path_of(path)
     ending = file.suffix.lower()
-    if ending in MESH_READERS:
-        shapes: list[Instance] = []
-        read = _read_mesh(path, shapes)
+    if ending in MESH_ENDINGS:
+        read, shapes = _read_mesh(path)
         with _errors_of_one_line(file, "mesh"):
             instances = [*(read.instances(file.name) if len(read.part.triangles) else ()), *shapes]
             scene = Scene(instances, unit=read.unit)
@@ -258,30 +248,39 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
         If triangles were left out because they touch a vertex that is missing or not finite, or a material or a
         texture because it can't be read.
     """
-    return _read_mesh(path).mesh()
+    return _read_mesh(path, takes_shapes=False)[0].mesh()
 
 
-def _read_mesh(path: str | bytes | os.PathLike[Any], shapes: list[Instance] | None = None) -> Joined:
-    """Return the drawable triangles of a mesh file; possibly an empty mesh if `shapes` receives other shapes."""
+def _read_mesh(path: str | bytes | os.PathLike[Any], *, takes_shapes: bool = True) -> tuple[Joined, Sequence[Instance]]:
+    """Return the drawable triangles of a mesh file, and its other shapes.
+
+    There may be no triangles next to other shapes, unless a caller takes none of these.
+    """
     file = path_of(path)
     ending = one_line(file.suffix.lower())
     with _quiet(), _errors_of_one_line(file, "mesh"):
         check_file(file)
-        if ending not in MESH_READERS:
+        if ending not in MESH_ENDINGS:
             hint = "; bobrossnet.load reads it" if ending in ALL_ENDINGS else ""
             raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
-        read = joined(read_3mf(file, shapes) if ending == ".3mf" else MESH_READERS[ending](file))
-        drawn = read.drawn() if len(read.part.triangles) or not shapes else read
-    total = len(read.part.triangles)
+        found = read_in_core(file)
+        read = joined(found)
+        total = len(read.part.triangles)
+        if found.shapes and not takes_shapes:
+            left = f"left out beam lattices and formulas, which bobrossnet.load shows ({len(found.shapes):,})"
+            if not total:
+                raise InputError(f"expected triangles, got none; {left}")
+            warn_of(file, left)
+        drawn = read.drawn() if total or not found.shapes else read
     if dropped := total - len(drawn.part.triangles):
         warnings.warn(
             f"{name_of(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
             InputWarning,
             stacklevel=3,
         )
-    return drawn
+    return drawn, found.shapes
 
 
 # ---- Errors of one line ----------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ def read_gismo(file: Path) -> list[Instance]:
 
     text = file.read_bytes().decode("utf-8-sig").strip()  # some begin with blank lines, against XML
     tree = TreeBuilder()
-    read_xml(BytesIO(text.encode()), tree.start, tree.end, tree.data, encoding="utf-8")
+    read_xml(BytesIO(text.encode()), tree.start, tree.end, tree.data)
     geometries = tree.close().findall("Geometry")
     faces = []
     for number, geometry in enumerate(geometries, 1):

@@ -8,10 +8,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet import _core
 from bobrossnet.adapters.surface import Surface
-from bobrossnet.support.errors import InputError
-from bobrossnet.tracing.instance import Piece
+from bobrossnet.tracing.instance import Instance, Piece
 
 PIECE = 1 << 16
 """Rows of one numpy call, some milliseconds: Ctrl-C takes effect only between calls."""
@@ -51,11 +49,12 @@ Item = TypeVar("Item")
 
 
 class Found(list[Item]):
-    """The parts or instances of a file, and its unit."""
+    """The parts or instances of a file, and its unit. Next to parts, there may be placed shapes other than meshes."""
 
-    def __init__(self, items: Iterable[Item] = (), unit: str | None = None) -> None:
+    def __init__(self, items: Iterable[Item] = (), unit: str | None = None, shapes: Sequence[Instance] = ()) -> None:
         super().__init__(items)
         self.unit = unit
+        self.shapes = shapes
 
 
 class Names:
@@ -113,10 +112,3 @@ def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
         triangles=part.triangles[:, ::-1] if mirrored else part.triangles,  # keeps the outside anticlockwise
         normals=normals,
     )
-
-
-def counted(total: int, more: int) -> int:
-    """Return `total + more`, at most `_core.MAX_ITEMS`: a file of copies must not fill the memory."""
-    if total + more > _core.MAX_ITEMS:
-        raise InputError(f"expected at most {_core.MAX_ITEMS:,} triangles and vertices in all its parts, got more")
-    return total + more

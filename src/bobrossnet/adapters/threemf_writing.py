@@ -1,6 +1,6 @@
 """Formulas as 3MF, by its Volumetric and Implicit Extensions 1.0: a level set of a function, which stays a formula.
 
-It has the parts and elements that `threemf.py` and `threemf_functions.py` read.
+It has the parts and elements that core/files/threemf reads.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.adapters.threemf_functions import MAX_NODES
 from bobrossnet.shapes.affine import IDENTITY
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.support.errors import InputError
@@ -163,9 +162,9 @@ def _function(number: int, formula: _core.Expression | _core.ColorFormula, meshe
         formula.ops.tolist(), formula.operands.tolist(), formula.values.tolist(), strict=True
     ):
         values.append(nodes.scalar(OPS[op], [values[i] if i < len(values) else "" for i in operands], value))
-    if len(nodes.written) > MAX_NODES:
-        got = len(nodes.written)
-        raise InputError(f"shape: expected at most {MAX_NODES:,} nodes, which can be read again, got {got:,}")
+    got, most = len(nodes.written), _core.MAX_FUNCTION_NODES
+    if got > most:
+        raise InputError(f"shape: expected at most {most:,} nodes, which can be read again, got {got:,}")
     if isinstance(formula, _core.ColorFormula):
         red, green, blue = (values[root] for root in formula.roots.tolist())
         output = f'<i:vectorref identifier="color" ref="{nodes.vector(red, green, blue)}"/>'

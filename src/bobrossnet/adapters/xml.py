@@ -22,15 +22,11 @@ def read_xml(
     stream: IO[bytes],
     start: Callable[[str, dict[str, str]], object],
     end: Callable[[str], object],
-    data: Callable[[str], object] | None = None,
-    *,
-    encoding: str | None = None,
-    prefix: Callable[[str, str], object] | None = None,
+    data: Callable[[str], object],
 ) -> None:
-    """Report the start of each element with its attributes, its end, and its text.
+    """Report the start of each element with its attributes, its end, and its text, of XML in UTF-8.
 
-    Names in a namespace are "namespace}name". An encoding overrides the file's declaration. `prefix` receives each
-    prefix and its namespace, before the element that declares it.
+    Names in a namespace are "namespace}name". The file's declaration of an encoding does not matter.
 
     Raises
     ------
@@ -59,16 +55,12 @@ def read_xml(
     def document_type(*_: object) -> None:
         raise InputError("expected XML without a document type and entities, got some")
 
-    parser = ParserCreate(encoding, "}")
+    parser = ParserCreate("utf-8", "}")
     parser.buffer_text = True
     parser.StartElementHandler = starts
     parser.EndElementHandler = ends
     parser.CharacterDataHandler = data
     parser.StartDoctypeDeclHandler = document_type
-    if prefix is not None:
-        parser.StartNamespaceDeclHandler = lambda short, namespace: prefix(short or "", namespace or "")
-    if prefix is not None:
-        parser.StartNamespaceDeclHandler = lambda short, namespace: prefix(short or "", namespace or "")
     total = 0
     try:
         while chunk := stream.read(CHUNK):
@@ -78,5 +70,5 @@ def read_xml(
             if total - parser.CurrentByteIndex > MAX_TAG:  # the start of the unfinished token
                 raise InputError(f"expected XML tags of at most {MAX_TAG:,} bytes, got a longer one")
         parser.Parse(b"", True)
-    except (ExpatError, LookupError) as error:  # LookupError for unknown encodings
+    except ExpatError as error:
         raise InputError(f"expected XML, got something else ({error})") from error

@@ -39,7 +39,7 @@ TYPES = {
 }
 """Content types by file ending: browsers refuse modules of another type."""
 
-READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
+READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf", ".json", ".sdf", ".vm", ".bob")
 """Endings that the page reads itself; any other file that Python reads is packed for it."""
 
 LONGEST_STEM = 255 - len(".bob")

@@ -36,7 +36,7 @@ WORDS = {
     "yard": "yd",
     "mile": "mi",
 }
-"""Units of 3MF and, in the plural and with capitals, of openNURBS."""
+"""Units of openNURBS, which writes them in the plural and with capitals."""
 
 PLURALS = {"feet": "foot", "inches": "inch"}
 
