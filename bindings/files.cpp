@@ -67,7 +67,7 @@ std::optional<Array<double, -1, -1>> field(Reading& reading, std::size_t part, s
 }
 
 /// The arrays of a tube, or the formulas and the bounds of an implicit surface.
-nb::tuple shape(Reading& reading, std::size_t number) {
+nb::typed<nb::tuple, nb::any, nb::ellipsis> shape(Reading& reading, std::size_t number) {
     auto& shape = reading.shape(number).shape;
     if (auto* const beams = std::get_if<bob::files::Beams>(&shape)) {
         return nb::make_tuple(handed_over(beams->ends, 3), handed_over(beams->radii, 2));

@@ -13,7 +13,7 @@ VIEWER = ROOT / "viewer"
 # The folders that each folder may use, besides itself.
 CORE = {
     "base": set(),
-    "files": {"base", "shapes", "tracing"},
+    "files": {"base", "formula", "shapes", "tracing"},
     "formula": {"base"},
     "modelling": {"base", "formula"},
     "nurbs": {"base"},

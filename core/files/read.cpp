@@ -111,7 +111,7 @@ Reader reader_of_meshes(std::string_view ending) {
     for (const Format& format : formats) {
         if (format.ending == ending) return format.reader;
     }
-    refuse({"format: expected one that the core reads, got ", ending});
+    refuse({"format: expected one that this module reads, got ", ending});
 }
 
 Reader reader_of(std::string_view ending) { return ending == "3mf" ? read_3mf : reader_of_meshes(ending); }

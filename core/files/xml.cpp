@@ -181,7 +181,8 @@ std::string Xml::replaced(std::string_view written) const {
             const std::string_view digits = name.substr(is_hex ? 2 : 1);
             std::uint32_t code = digits.empty() ? 0x110000 : 0;
             for (const char digit : digits) {
-                const int value = digit >= '0' && digit <= '9' ? digit - '0' : is_hex && (digit | 32) >= 'a' && (digit | 32) <= 'f' ? (digit | 32) - 'a' + 10 : -1;
+                const int letter = digit | 32, high = is_hex && letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
+                const int value = digit >= '0' && digit <= '9' ? digit - '0' : high;
                 code = value < 0 || code > 0x10ffff ? 0x110000 : (is_hex ? 16 : 10) * code + static_cast<std::uint32_t>(value);
             }
             if (code == 0 || code > 0x10ffff || code >> 11 == 0x1b) refuse_xml("a reference to no character");

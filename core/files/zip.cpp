@@ -18,7 +18,7 @@ constexpr std::uint32_t end_mark = 0x06054b50, locator_mark = 0x07064b50, end64_
 [[noreturn]] void refuse_zip(std::string_view why) { refuse({"expected a zip file that can be unpacked, got another (", why, ")"}); }
 
 template <class T>
-T number_at(Bytes bytes, std::size_t at) {
+T stored(Bytes bytes, std::size_t at) {
     return load<T>(&bytes[at], false);
 }
 
@@ -38,13 +38,13 @@ Directory directory_of(Bytes bytes) {
     constexpr std::size_t most = end_size + 0xffff;
     const std::size_t first = bytes.size() > most ? bytes.size() - most : 0;
     for (std::size_t at = bytes.size() < end_size ? 0 : bytes.size() - end_size + 1; at-- > first;) {
-        if (number_at<std::uint32_t>(bytes, at) != end_mark) continue;
-        const Directory found{number_at<std::uint32_t>(bytes, at + 16), number_at<std::uint32_t>(bytes, at + 12), at};
-        const bool is_long = at >= locator_size && number_at<std::uint32_t>(bytes, at - locator_size) == locator_mark;
+        if (stored<std::uint32_t>(bytes, at) != end_mark) continue;
+        const Directory found{stored<std::uint32_t>(bytes, at + 16), stored<std::uint32_t>(bytes, at + 12), at};
+        const bool is_long = at >= locator_size && stored<std::uint32_t>(bytes, at - locator_size) == locator_mark;
         if (!is_long || at < locator_size + end64_size) return found;
         const std::size_t last = at - locator_size - end64_size;
-        if (number_at<std::uint32_t>(bytes, last) != end64_mark) return found;
-        return {number_at<std::uint64_t>(bytes, last + 48), number_at<std::uint64_t>(bytes, last + 40), last};
+        if (stored<std::uint32_t>(bytes, last) != end64_mark) return found;
+        return {stored<std::uint64_t>(bytes, last + 48), stored<std::uint64_t>(bytes, last + 40), last};
     }
     refuse_zip("no directory at its end");
 }
@@ -53,8 +53,8 @@ Directory directory_of(Bytes bytes) {
 void widen(Bytes fields, std::initializer_list<std::uint64_t*> numbers) {
     constexpr std::uint64_t too_large = 0xffffffff;
     while (fields.size() >= 4) {
-        const auto kind = number_at<std::uint16_t>(fields, 0);
-        const std::size_t size = number_at<std::uint16_t>(fields, 2);
+        const auto kind = stored<std::uint16_t>(fields, 0);
+        const std::size_t size = stored<std::uint16_t>(fields, 2);
         Bytes own = some(fields, 4, size);
         for (auto number = numbers.begin(); kind == 1 && number != numbers.end(); ++number) {
             if (**number != too_large) continue;
@@ -76,11 +76,11 @@ Zip::Zip(Bytes bytes) : bytes_(bytes) {
     Bytes rest = some(bytes, start, directory.size);
     while (!rest.empty()) {
         const Bytes head = some(rest, 0, entry_size);
-        if (number_at<std::uint32_t>(head, 0) != entry_mark) refuse_zip("its directory is damaged");
-        const std::size_t name = number_at<std::uint16_t>(head, 28), extra = number_at<std::uint16_t>(head, 30), comment = number_at<std::uint16_t>(head, 32);
-        ZipEntry entry{.name = {}, .start = number_at<std::uint32_t>(head, 42), .packed = number_at<std::uint32_t>(head, 20),
-                       .size = number_at<std::uint32_t>(head, 24), .crc = number_at<std::uint32_t>(head, 16),
-                       .method = number_at<std::uint16_t>(head, 10), .is_encrypted = (number_at<std::uint16_t>(head, 8) & 1) != 0};
+        if (stored<std::uint32_t>(head, 0) != entry_mark) refuse_zip("its directory is damaged");
+        const std::size_t name = stored<std::uint16_t>(head, 28), extra = stored<std::uint16_t>(head, 30), comment = stored<std::uint16_t>(head, 32);
+        ZipEntry entry{.name = {}, .start = stored<std::uint32_t>(head, 42), .packed = stored<std::uint32_t>(head, 20),
+                       .size = stored<std::uint32_t>(head, 24), .crc = stored<std::uint32_t>(head, 16),
+                       .method = stored<std::uint16_t>(head, 10), .is_encrypted = (stored<std::uint16_t>(head, 8) & 1) != 0};
         const Bytes text = some(rest, entry_size, name);
         entry.name.assign(text.begin(), text.end());
         widen(some(rest, entry_size + name, extra), {&entry.size, &entry.packed, &entry.start});
@@ -93,9 +93,9 @@ Zip::Zip(Bytes bytes) : bytes_(bytes) {
 
 Numbers<std::uint8_t> Zip::unpacked(const ZipEntry& entry) const {
     const Bytes head = some(bytes_, entry.start, local_size);
-    if (number_at<std::uint32_t>(head, 0) != local_mark) refuse_zip("its directory is damaged");
+    if (stored<std::uint32_t>(head, 0) != local_mark) refuse_zip("its directory is damaged");
     if (entry.is_encrypted) refuse_zip("it is encrypted");
-    const std::uint64_t data = entry.start + local_size + number_at<std::uint16_t>(head, 26) + number_at<std::uint16_t>(head, 28);
+    const std::uint64_t data = entry.start + local_size + stored<std::uint16_t>(head, 26) + stored<std::uint16_t>(head, 28);
     const Bytes packed = some(bytes_, data, entry.packed);
     Numbers<std::uint8_t> result;
     if (entry.method == 8) {

@@ -15,7 +15,7 @@ namespace fuzz {
 inline std::string zipped(std::initializer_list<std::pair<std::string_view, std::string_view>> parts) {
     const auto number = [](std::size_t value, int bytes) {
         std::string result;
-        for (int i = 0; i < bytes; ++i) result += static_cast<char>(value >> (8 * i) & 255);
+        for (; bytes > 0; --bytes, value >>= 8) result += static_cast<char>(value & 255);
         return result;
     };
     std::string result, directory;

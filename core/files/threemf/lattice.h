@@ -14,7 +14,7 @@
 
 namespace bob::files::threemf {
 
-/// What a file holds and no picture shows, by the names that the warning gives it, in order.
+/// Features of a file that are not shown, by their names in the warning, in order.
 class LeftOut {
 public:
     void add(std::string_view name, std::size_t count = 1);

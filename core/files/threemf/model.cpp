@@ -57,6 +57,10 @@ std::string_view needed_of(std::string_view element, const XmlAttributes& get, s
     return *found;
 }
 
+double number_at(std::string_view element, const XmlAttributes& get, std::string_view name) {
+    return number_of(trimmed(needed_of(element, get, name)));
+}
+
 /// The 12 numbers of a transform, which 3MF multiplies from the right.
 Rows place_of(const XmlAttributes& get) {
     Rows result = identity;
@@ -82,7 +86,8 @@ struct StoredLevelSet {
 class ModelReader {
 public:
     ModelReader(Package& package, std::size_t number, LeftOut& left)
-        : package_(package), number_(number), left_(left), palette_(std::make_shared<Palette>()), functions_([this](std::string_view id) { return mesh_of(id); }) {}
+        : package_(package), number_(number), left_(left), palette_(std::make_shared<Palette>()),
+          functions_([this](std::string_view id) { return mesh_of(id); }) {}
 
     Model read() && {
         const Numbers<std::uint8_t> text = package_.unpacked("a 3MF model", number_);
@@ -127,14 +132,15 @@ private:
 
     void start_core(std::string_view kind, const XmlAttributes& get) {
         if (kind == "vertex") {
-            for (const std::string_view axis : {"x", "y", "z"}) object_.mesh.vertices.push_back(number_of(trimmed(needed_of(kind, get, axis))));
+            for (const std::string_view axis : {"x", "y", "z"}) object_.mesh.vertices.push_back(number_at(kind, get, axis));
         } else if (kind == "triangle") {
-            for (const std::string_view corner : {"v1", "v2", "v3"}) object_.mesh.triangles.push_back(index_of(number_of(trimmed(needed_of(kind, get, corner)))));
+            for (const std::string_view corner : {"v1", "v2", "v3"}) object_.mesh.triangles.push_back(index_of(number_at(kind, get, corner)));
             Swatches swatches;
             swatches.fill(swatch_);
             if (const auto first = get.find("p1")) {
                 const std::string_view group = get.get("pid", group_);
-                swatches = {palette_->swatch(group, *first), palette_->swatch(group, get.get("p2", *first)), palette_->swatch(group, get.get("p3", *first))};
+                const auto swatch = [&](std::string_view corner) { return palette_->swatch(group, get.get(corner, *first)); };
+                swatches = {swatch("p1"), swatch("p2"), swatch("p3")};
             }
             object_.mesh.chosen.push_back(swatches);
         } else if (kind == "component") {
@@ -176,7 +182,8 @@ private:
         } else if (kind == "v:volumedata") {
             volume_ = get.get("id");
         } else if (kind == "v:color") {
-            color_of_.insert_or_assign(volume_, FunctionOutput{std::string(needed_of("color", get, "functionid")), std::string(needed_of("color", get, "channel")), place_of(get)});
+            const auto text = [&](std::string_view name) { return std::string(needed_of("color", get, name)); };
+            color_of_.insert_or_assign(volume_, FunctionOutput{text("functionid"), text("channel"), place_of(get)});
         } else if (kind == "v:levelset") {
             Swatches swatches;
             swatches.fill(swatch_);

@@ -78,7 +78,8 @@ Value power_of(Value a, Value b) {
     if (exponent && std::isfinite(*exponent)) {
         const auto whole = [&](Value of, double number) {
             if (std::fabs(number) > max_exponent) {
-                refuse({"exponent: expected a whole number in \xc2\xb1", grouped(max_exponent), ", got ", number < 0 ? "-" : "", grouped(static_cast<std::uint64_t>(std::min(std::fabs(number), 1e18)))});
+                const std::string got = grouped(static_cast<std::uint64_t>(std::min(std::fabs(number), 1e18)));
+                refuse({"exponent: expected a whole number in \xc2\xb1", grouped(max_exponent), ", got ", number < 0 ? "-" : "", got});
             }
             return power(of, static_cast<int>(number));
         };
