@@ -1,8 +1,8 @@
 /// Rays to the first root of a formula, compared with dense sampling and with known roots.
+#include <ctime>
+
 #include "formula/text.h"
 #include "formulas.h"
-
-#include <chrono>
 
 namespace {
 
@@ -411,7 +411,7 @@ TEST(values_that_overflow_and_are_left_out_leave_slopes_trusted) {
 
 TEST(wild_formulas_take_bounded_time) {
     test::for_each_isa([] {
-        const auto start = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();  // of the processor: other programs must not fail the test
         for (const bob::Tape& tape :
              {tape_of(FORMULA(sin(1e6 * x) * sin(1e5 * y + z) + 1e-3 * sin(3e4 * z))), tape_of(FORMULA(sin(1 / x))),
               tape_of(FORMULA(tan(1e3 * x * y) * floor(1e4 * z))), tape_of(FORMULA(max(x, y) - max(x, y + 0 * z))),
@@ -423,8 +423,7 @@ TEST(wild_formulas_take_bounded_time) {
             }
             first_roots(tape, rays);
         }
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        CHECK_LT(seconds.count(), 2);
+        CHECK_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 2);
     });
 }
 
