@@ -231,13 +231,13 @@ void bind_scene(nb::module_& m) {
     nb::class_<bob::Material>(m, "Material", "`color` is linear RGB.")
         .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
                             double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive,
-                            double transmission, double ior, const std::array<double, 3>& attenuation, double attenuation_distance) {
+                            double clearcoat, double clearcoat_roughness, double transmission, double ior, const std::array<double, 3>& attenuation, double attenuation_distance, bool is_thin) {
             new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess, metallic, roughness,
-                                     {emissive[0], emissive[1], emissive[2]}, transmission, ior, {attenuation[0], attenuation[1], attenuation[2]},
-                                     attenuation_distance};
+                                     {emissive[0], emissive[1], emissive[2]}, clearcoat, clearcoat_roughness, transmission, ior, {attenuation[0], attenuation[1], attenuation[2]},
+                                     attenuation_distance, is_thin};
         }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a, "metallic"_a, "roughness"_a, "emissive"_a,
-             "transmission"_a = 0.0, "ior"_a = 1.5, "attenuation"_a = std::array{1.0, 1.0, 1.0},
-             "attenuation_distance"_a = std::numeric_limits<double>::infinity())
+             "clearcoat"_a = 0.0, "clearcoat_roughness"_a = 0.0, "transmission"_a = 0.0, "ior"_a = 1.5, "attenuation"_a = std::array{1.0, 1.0, 1.0},
+             "attenuation_distance"_a = std::numeric_limits<double>::infinity(), "is_thin"_a = false)
         .def_prop_ro("color", [](const bob::Material& m) { return std::to_array(m.color); })
         .def_ro("ambient", &bob::Material::ambient)
         .def_ro("diffuse", &bob::Material::diffuse)
@@ -245,7 +245,14 @@ void bind_scene(nb::module_& m) {
         .def_ro("shininess", &bob::Material::shininess)
         .def_ro("metallic", &bob::Material::metallic)
         .def_ro("roughness", &bob::Material::roughness, "Below 0 of Blinn-Phong.")
-        .def_prop_ro("emissive", [](const bob::Material& m) { return std::to_array(m.emissive); });
+        .def_prop_ro("emissive", [](const bob::Material& m) { return std::to_array(m.emissive); })
+        .def_ro("clearcoat", &bob::Material::clearcoat)
+        .def_ro("clearcoat_roughness", &bob::Material::clearcoat_roughness)
+        .def_ro("transmission", &bob::Material::transmission)
+        .def_ro("ior", &bob::Material::ior)
+        .def_prop_ro("attenuation", [](const bob::Material& m) { return std::to_array(m.attenuation); })
+        .def_ro("attenuation_distance", &bob::Material::attenuation_distance)
+        .def_ro("is_thin", &bob::Material::is_thin);
 
     m.def("linear_color", &bob::linear_color, "text"_a, "Linear RGB of \"#rrggbb\", \"#rgb\" or a CSS color name; None of another text.");
     m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a, "SHA-256 of a shape's kind and tensors.");

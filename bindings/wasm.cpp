@@ -34,11 +34,13 @@
 
 namespace {
 
-/// The page has twelve numbers of a material, and no glass.
+/// Numbers of a material in the page, in the order of its fields.
+constexpr std::size_t of_material = 21;
 bob::Material material_of(const double* numbers) {
     bob::Material material;
-    static_assert(offsetof(bob::Material, transmission) == 12 * sizeof(double));
-    std::memcpy(static_cast<void*>(&material), numbers, 12 * sizeof(double));
+    static_assert(offsetof(bob::Material, is_thin) == (of_material - 1) * sizeof(double));
+    std::memcpy(static_cast<void*>(&material), numbers, (of_material - 1) * sizeof(double));
+    material.is_thin = numbers[of_material - 1] != 0;
     return material;
 }
 
@@ -134,14 +136,14 @@ EXPORT(end_sha256) void end_sha256(bob::Sha256* hash, std::uint8_t* digest) {
 }
 
 /// Indices of the instances in canonical order. shapes: (count, 32), the digest of each one's shape; transforms:
-/// (count, 4, 4); materials: (count, 12).
+/// (count, 4, 4); materials: (count, of_material).
 EXPORT(canonical_order)
 bool canonical_order(const bob::Digest* shapes, const double* transforms, const double* materials, std::size_t count,
                      std::uint32_t* order) {
     return attempt([&] {
         std::vector<bob::Digest> digests;
         for (std::size_t i = 0; i < count; ++i) {
-            digests.push_back(bob::instance_digest(shapes[i], bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)));
+            digests.push_back(bob::instance_digest(shapes[i], bob::affine_map(transforms + 16 * i), material_of(materials + of_material * i)));
         }
         std::ranges::copy(bob::canonical_order(digests), order);
         return true;
@@ -163,15 +165,14 @@ EXPORT(check_instances) bool check_instances(const char* name, std::size_t size,
     });
 }
 
-/// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, 12): linear RGB, ambient,
-/// diffuse, specular, shininess, metallic, roughness, emissive linear RGB. Writes the centre and radius of the bounding
-/// sphere, in the scene's units.
+/// transforms: (count, 4, 4), from the shapes' units to the scene's; materials: (count, of_material). Writes the centre and
+/// radius of the bounding sphere, in the scene's units.
 EXPORT(make_scene)
 bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const double* materials, bob::Sphere* sphere) {
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
-            placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), material_of(materials + 12 * i)});
+            placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), material_of(materials + of_material * i)});
         }
         const bob::Arrangement arrangement(std::move(placed));
         *sphere = arrangement.sphere();

@@ -99,6 +99,17 @@ def test_panels(tmp_path, capsys):
         assert word in printed
 
 
+@pytest.mark.parametrize("light", [[], ["--light", "studio"]])
+def test_glass_that_the_headlight_hides_is_told(light, tmp_path, capsys):
+    bob.save_scene(bob.Instance(bob.happy_tree(), material=bob.Glass()), tmp_path / "a.bob")
+    arguments = ["--size", "20x20", *light, "-o", str(tmp_path / "out.png")]
+    assert cli.main(["render", str(tmp_path / "a.bob"), *arguments]) == 0
+    told = "glass      is opaque under the headlight; --light studio shows through it"
+    assert (told in capsys.readouterr().out.splitlines()) == (light == [])
+    assert cli.main(["info", str(tmp_path / "a.bob")]) == 0
+    assert ", transmission 1, ior 1.5\n" in capsys.readouterr().out
+
+
 def test_several_files_and_up(tmp_path):
     for i, name in enumerate(("a.obj", "b.obj")):
         (tmp_path / name).write_text(TRIANGLE.replace("v 0", f"v {i}"))

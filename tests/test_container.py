@@ -74,6 +74,23 @@ def test_round_trip(tmp_path):
     assert again.instances[0].shape is again.instances[1].shape
 
 
+MATERIALS = [
+    bob.Glass(),
+    bob.Glass("#abc", ior=2.4, attenuation=(0.1, 0.5, 1), distance=0.25, roughness=0.1),
+    bob.Glass(thin=True),
+    bob.Material(clearcoat=0.5),
+    bob.Material(metallic=1, clearcoat=1, clearcoat_roughness=0.1),
+]
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_glass_and_clear_coats_round_trip(material, tmp_path):
+    bob.save_scene(bob.Instance(TRIANGLE, material=material), tmp_path / "a.bob")
+    (again,) = bob.load(tmp_path / "a.bob").instances
+    assert again.material == material
+    assert b'"version":"7"' in (tmp_path / "a.bob").read_bytes()
+
+
 def test_equal_scenes_make_equal_files_that_hold_each_shape_once(tmp_path):
     copy = bob.Mesh(TRIANGLE.vertices, TRIANGLE.triangles, TRIANGLE.normals)
     for name, shape in (("a.bob", TRIANGLE), ("b.bob", copy)):
@@ -140,6 +157,8 @@ def test_damaged_files_are_refused(tmp_path):
 
 KINDS = ", ".join(container.KINDS)
 MATERIAL = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
+GLASS = {"color": [1, 1, 1], "roughness": 0, "emissive": [0, 0, 0], "transmission": 1, "ior": 1.5}
+GLASS |= {"attenuation": [1, 1, 1], "distance": None, "thin": False}
 INSTANCE = {"shape": 0, "transform": np.eye(4).tolist(), "material": MATERIAL, "name": None}
 SCENE = {"shapes": ["mesh"], "instances": [INSTANCE]}
 TENSORS = {f"0.{name}": tensor for name, tensor in TRIANGLE.tensors().items()}
@@ -191,6 +210,14 @@ def test_the_file_that_the_next_test_spoils_is_whole(tmp_path):
         (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb, a CSS name or 3 numbers, got 3"),
         (material(ambient=-1), TENSORS, "instances[1]: ambient: expected a number in [0, 1], got -1"),
         (material(shininess=10**400), TENSORS, "instances[1]: shininess: expected a number in [0, 10000], got inf"),
+        (instance(material=GLASS | {"ior": 0.5}), TENSORS, "instances[1]: ior: expected a number in [1, 100], got 0.5"),
+        (instance(material=GLASS | {"distance": 0}), TENSORS, "instances[1]: distance: expected a number"),
+        (instance(material=GLASS | {"thin": 2}), TENSORS, "instances[1]: thin: expected true or false, got int 2"),
+        (
+            instance(material=GLASS | {"ambient": 0}),
+            TENSORS,
+            "instances[1].material: expected an object of color, rough",
+        ),
         (material(gloss=1), TENSORS, "instances[1].material: expected an object of color"),
         (SCENE, tensors(**{"0.vertices": None}), "shapes[0]: vertices: expected an array of float64, got none"),
         (SCENE, tensors(**{"0.color": np.zeros(3)}), "shapes[0]: color: expected only vertices, triangles, normals"),
@@ -218,8 +245,8 @@ def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
     [
         (
             b'"version":"1"',
-            b'"version":"7"',
-            "expected version 1, 2, 3, 4, 5 or 6, got '7'; was it written by a newer release?",
+            b'"version":"8"',
+            "expected version 1, 2, 3, 4, 5, 6 or 7, got '8'; was it written by a newer release?",
         ),
         (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
         (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),

@@ -433,6 +433,76 @@ def test_gltf_materials(tmp_path: Path) -> None:
     assert plain.material == bob.Material()
 
 
+GLASS = {
+    "sheet": ({}, {"KHR_materials_transmission": {"transmissionFactor": 0.75}}, {"transmission": 0.75, "thin": True}),
+    "solid": (
+        {"roughnessFactor": 0.25, "baseColorFactor": [1, 0.5, 1, 1]},
+        {
+            "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_volume": {
+                "thicknessFactor": 0.1,
+                "attenuationDistance": 2,
+                "attenuationColor": [0.5, 0.25, 1],
+            },
+        },
+        {"color": (1, 0.5, 1), "ior": 1.33, "roughness": 0.25, "attenuation": (0.5, 0.25, 1), "distance": 2.0},
+    ),
+    "clear": (
+        {},
+        {
+            "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0},
+        },
+        {},
+    ),
+    "half metal": (
+        {"metallicFactor": 0.5},
+        {"KHR_materials_transmission": {"transmissionFactor": 1}},
+        {"transmission": 0.5, "thin": True},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", GLASS)
+def test_gltf_glass(tmp_path: Path, name: str, recwarn: pytest.WarningsRecorder) -> None:
+    factors, extensions, expected = GLASS[name]
+    material = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0} | factors, "extensions": extensions}
+    (one,) = bob.load(saved(tmp_path, gltf([material]))).instances
+    assert one.material == bob.Glass(**expected)
+    assert not recwarn
+
+
+def test_gltf_clear_coats(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25}}
+    (one,) = bob.load(saved(tmp_path, gltf([{"extensions": coat}]))).instances
+    assert one.material == bob.Material(metallic=1, roughness=1, clearcoat=0.75, clearcoat_roughness=0.25)
+    assert not recwarn
+
+
+@pytest.mark.parametrize(
+    ("extensions", "left_out"),
+    [
+        (
+            {"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatTexture": {"index": 0}}},
+            "clearcoat maps",
+        ),
+        ({"KHR_materials_transmission": {"transmissionFactor": 0}, "KHR_materials_ior": {}}, "KHR_materials_ior"),
+        (
+            {"KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": {"index": 0}}},
+            "transmission maps",
+        ),
+        ({"KHR_materials_volume": {"thicknessFactor": 1}}, "KHR_materials_volume"),
+    ],
+)
+def test_gltf_glass_that_is_not_shown(tmp_path: Path, extensions: dict[str, Any], left_out: str) -> None:
+    material = {"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": extensions}
+    with pytest.warns(UserWarning, match=f"not shown: {left_out}$"):
+        (one,) = bob.load(saved(tmp_path, gltf([material]))).instances
+    assert type(one.material) is bob.Material
+    assert one.material.clearcoat == 0
+
+
 @pytest.mark.parametrize(
     "colors",
     [

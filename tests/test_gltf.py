@@ -262,7 +262,7 @@ def test_what_is_no_surface_is_named_in_one_warning(tmp_path: Path) -> None:
     more = [made.primitive | {"mode": mode} for mode in range(4)]
     made.mesh["primitives"] += more
     made.primitive["material"] = 0
-    extensions = {"KHR_materials_clearcoat": {}, "KHR_materials_unlit": {}}
+    extensions = {"KHR_materials_sheen": {}, "KHR_materials_unlit": {}}
     made.more = {
         "materials": [{"normalTexture": {"index": 0}, "occlusionTexture": {"index": 0}, "extensions": extensions}],
         "animations": [{}],
@@ -272,7 +272,7 @@ def test_what_is_no_surface_is_named_in_one_warning(tmp_path: Path) -> None:
     scene, warned = told(made.saved(tmp_path))
     assert scene.counts()["triangle"] == 2
     assert warned == [
-        "a.gltf: not shown: KHR_lights_punctual, KHR_materials_clearcoat, KHR_materials_unlit, animations, lines, "
+        "a.gltf: not shown: KHR_lights_punctual, KHR_materials_sheen, KHR_materials_unlit, animations, lines, "
         "normal maps, occlusion maps, other scenes, points"
     ]
 

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+import trimesh
 from browser import picture_at, serving
 
 import bobrossnet as bob
@@ -46,6 +47,31 @@ def meshes():
     return bob.Scene([bob.Instance(box, material=red), bob.Instance(box, material=mirror).translate((0, 2.6, 0))])
 
 
+def glasses():
+    """Return a glTF of a red, varnished ball behind a pane, and a ball of tinted glass next to it."""
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    volume = {"thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0.3, 0.7, 0.5]}
+    solid = glass | {"KHR_materials_ior": {"ior": 1.4}, "KHR_materials_volume": volume}
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2}}
+    extensions = {"red": coat, "pane": glass, "solid": solid}
+    shapes = {
+        "red": trimesh.creation.icosphere(4),
+        "pane": trimesh.creation.box((2, 2, 0.1)).apply_translation((0, 0, 1.5)),
+        "solid": trimesh.creation.icosphere(4).apply_translation((2.5, 0, 0)),
+    }
+    for name, shape in shapes.items():
+        material = trimesh.visual.material.PBRMaterial(
+            name, baseColorFactor=(200, 40, 40, 255) if name == "red" else None, metallicFactor=0.0, roughnessFactor=0.0
+        )
+        shape.visual = trimesh.visual.TextureVisuals(material=material)
+
+    def with_glass(tree):
+        for material in tree["materials"]:
+            material["extensions"] = extensions[material["name"]]
+
+    return trimesh.Scene([*shapes.values()]).export(file_type="glb", tree_postprocessor=with_glass)
+
+
 def ball():
     return bob.Scene(bob.sdf.sphere(1.0) - bob.sdf.sphere(0.6).translate((0.6, 0, 0.5)))
 
@@ -58,6 +84,8 @@ def folder(viewer, tmp_path_factory):
     bob.save_scene(ball(), folder / FORMULA)
     bob.save_scene(meshes(), folder / "two.bob")
     bob.happy_tree().save(folder / "tree.ply")
+    (folder / "glass.glb").write_bytes(glasses())
+    bob.save_scene(bob.load(folder / "glass.glb"), folder / "glass.bob")
     return folder
 
 
@@ -109,6 +137,13 @@ def test_the_converged_picture_is_that_of_render(shown, file, scene, headers):
     assert_same(picture, bob.render(scene(), size=(HEIGHT, WIDTH), light="studio"))
     assert 0 < picture[..., 3][picture[..., :3].max(-1) == 0].max() < 255  # shadows around the shapes
     assert page.evaluate("() => pictures.every(({ phase }) => phase === 'light')")
+
+
+@pytest.mark.parametrize("name", ["glass.glb", "glass.bob"])
+def test_glass_is_shown_as_by_render(shown, folder, name):
+    page = shown(f'src="{name}" light="studio" {LITTLE}')
+    assert {bob.Glass} < {type(instance.material) for instance in bob.load(folder / name).instances}
+    assert_same(settled(page), bob.render(bob.load(folder / name), size=(HEIGHT, WIDTH), light="studio"))
 
 
 def test_it_does_not_matter_how_the_camera_came(shown):

@@ -287,6 +287,15 @@ class WasmCore:
         numbers = np.array(
             [
                 [*m.color, m.ambient, m.diffuse, m.specular, m.shininess, m.metallic, m.roughness, *m.emissive]
+                + [
+                    m.clearcoat,
+                    m.clearcoat_roughness,
+                    m.transmission,
+                    m.ior,
+                    *m.attenuation,
+                    m.attenuation_distance,
+                    m.is_thin,
+                ]
                 for m in materials
             ]
         )

@@ -10,8 +10,10 @@ namespace bob::files {
 namespace {
 
 constexpr double max_number = 1e9;  // of the transforms of textures
+constexpr double max_ior = 100;
 
 constexpr std::string_view spec_gloss = "KHR_materials_pbrSpecularGlossiness", strength = "KHR_materials_emissive_strength";
+constexpr std::string_view clearcoat = "KHR_materials_clearcoat", transmission = "KHR_materials_transmission", ior = "KHR_materials_ior", volume = "KHR_materials_volume";
 
 /// A number clamped to low..high; `otherwise` if the value is no number.
 double clamped(JsonValue value, double otherwise, double low = 0, double high = 1) {
@@ -128,9 +130,42 @@ void GltfSurfaces::shade(JsonValue material, Surface& surface, std::vector<UvSet
     }
     if (material["normalTexture"].is_object()) not_shown_.insert("normal maps");
     if (material["occlusionTexture"].is_object()) not_shown_.insert("occlusion maps");
+    set_clearcoat(extensions[clearcoat], shading);
+    const bool is_glass = set_glass(extensions, surface);
     for (const auto& [name, value] : extensions.members()) {
-        if (name != spec_gloss && name != strength) not_shown_.insert(std::string(name));
+        const bool is_of_glass = name == transmission || (is_glass && (name == ior || name == volume));
+        if (name != spec_gloss && name != strength && name != clearcoat && !is_of_glass) not_shown_.insert(std::string(name));
     }
+}
+
+void GltfSurfaces::set_clearcoat(JsonValue coat, Material& shading) {
+    shading.clearcoat = clamped(coat["clearcoatFactor"], 0);
+    shading.clearcoat_roughness = clamped(coat["clearcoatRoughnessFactor"], 0);
+    for (const auto& [map, name] : {std::pair{"clearcoatTexture", "clearcoat maps"}, {"clearcoatRoughnessTexture", "clearcoat maps"}, {"clearcoatNormalTexture", "normal maps"}}) {
+        if (shading.clearcoat > 0 && coat[map].is_object()) not_shown_.insert(name);
+    }
+    if (coat["clearcoatTexture"].is_object()) shading.clearcoat = 0;  // whose places are unknown
+}
+
+/// Whether a material is glass, whose values it sets: the boundary of a volume, or a sheet.
+bool GltfSurfaces::set_glass(JsonValue extensions, Surface& surface) {
+    Material& shading = surface.material;
+    const JsonValue glass = extensions[transmission];
+    shading.transmission = clamped(glass["transmissionFactor"], 0);
+    if (surface.metallic_roughness.image < 0) shading.transmission *= 1 - shading.metallic;  // maps lower the factor of metal
+    if (shading.transmission > 0 && glass["transmissionTexture"].is_object()) {  // whose glass has an unknown place
+        not_shown_.insert("transmission maps");
+        shading.transmission = 0;
+    }
+    if (!(shading.transmission > 0)) return false;
+    shading.ior = clamped(extensions[ior]["ior"], 1.5, 1, max_ior);
+    const JsonValue inside = extensions[volume];
+    shading.is_thin = !(clamped(inside["thicknessFactor"], 0, 0, max_number) > 0);
+    if (shading.is_thin) return true;
+    set(shading.attenuation, inside["attenuationColor"], 1);
+    const double distance = inside["attenuationDistance"].number().value_or(0);
+    if (distance > 0) shading.attenuation_distance = distance;
+    return true;
 }
 
 Layer GltfSurfaces::layer(JsonValue info, std::vector<UvSet>& sets, const std::function<bool(int)>& has, bool has_mean) {

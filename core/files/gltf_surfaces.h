@@ -41,6 +41,8 @@ public:
 private:
     int made(JsonValue material, const std::function<bool(int)>& has);
     void shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has);
+    void set_clearcoat(JsonValue coat, Material& shading);
+    bool set_glass(JsonValue extensions, Surface& surface);
     /// has_mean: whether the image is needed even without texture coordinates.
     Layer layer(JsonValue info, std::vector<UvSet>& sets, const std::function<bool(int)>& has, bool has_mean = false);
     int image(JsonValue info);

@@ -54,7 +54,7 @@ private:
 ///  "warnings": [...], "unit"}
 [[nodiscard]] std::string description(const Contents& contents);
 
-/// The numbers that the description lacks: 13 for each surface, in the order of Material, with the alpha cutoff last; 3 for the colour of
+/// The numbers that the description lacks: 22 for each surface, in the order of Material, with the alpha cutoff last; 3 for the colour of
 /// each shape; 12 for each placement, the upper rows of its matrix. Writing them exactly as text would take 100 kB of tables.
 [[nodiscard]] Numbers<double> numbers(const Contents& contents);
 

@@ -16,6 +16,13 @@ struct Boundary {
     float reflectance;  // Fresnel, unpolarised; the rest is transmitted
     float beyond;       // cosine of the refracted ray; 0 under total reflection
 
+    /// A sheet of an index in air, without a thickness: light goes straight on, or is reflected by either side, after any number of reflections inside.
+    static Boundary sheet(float along, float ior) {
+        Boundary result(along, 1 / ior);
+        result.reflectance *= 2 / (1 + result.reflectance), result.beyond = along;
+        return result;
+    }
+
     Boundary(float along, float eta) {
         const float squared = 1 - eta * eta * (1 - along * along);
         beyond = std::sqrt(std::max(0.f, squared));

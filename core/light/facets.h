@@ -27,6 +27,11 @@ public:
     /// Facets both visible and lit, relative to the product of both shares: height-correlated masking.
     [[nodiscard]] float joint(float eye, float light) const { return (1 + hidden(eye)) * (1 + hidden(light)) / (1 + hidden(eye) + hidden(light)); }
 
+    /// Light reflected by white facets, over the cosine: both directions are on the surface's side.
+    [[nodiscard]] float reflected(Vec3 half, Vec3 eye, Vec3 toward) const {
+        return distribution(half) * masking(toward.z) * masking(eye.z) * joint(eye.z, toward.z) / (4 * eye.z * toward.z);
+    }
+
     /// A visible facet: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
     [[nodiscard]] Vec3 draw(Vec3 eye, float u, float v) const {
         const Vec3 stretched = normalized({alpha_ * eye.x, alpha_ * eye.y, eye.z});

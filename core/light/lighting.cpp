@@ -179,7 +179,7 @@ Media Lighting::media_around(const Projection& projection) const {
         SceneHit hit;
         scene_.closest_hits({&ray, 1}, {&hit, 1});
         if (hit.instance == no_instance) break;
-        if (scene_[hit.instance].material.transmission > 0) met.push_back(hit.instance);
+        if (scene_[hit.instance].material.transmission > 0 && !scene_[hit.instance].material.is_thin) met.push_back(hit.instance);
         ray.origin = ray.origin + (hit.t + 2 * errors_[hit.instance]) * ray.direction;
     }
     for (const std::uint32_t instance : met) {
@@ -416,20 +416,22 @@ private:
         on.density = std::numeric_limits<float>::infinity(), on.through_glass = true;
         const float alpha = squared_roughness(material);
         if (surface == 0) on.change = 1 / alpha;
-        const bool is_left = path.media.contains(met.instance), is_straight = is_left && path.media.last() != met.instance;
+        const bool is_thin = material.is_thin, is_left = path.media.contains(met.instance), is_straight = is_left && path.media.last() != met.instance;
         if (is_left) on.media.leave(met.instance);
         Media beyond = on.media;
-        if (!is_left) beyond.enter(met.instance);
-        const float eta = lighting_.index(path.media) / lighting_.index(beyond);
+        if (!is_left && !is_thin) beyond.enter(met.instance);
+        const float eta = is_thin ? 1 : lighting_.index(path.media) / lighting_.index(beyond);
         bool is_reflected = false;
         Vec3 toward = direction;
         if (!is_straight) {
             const Facets facets(alpha);
             const bool is_rough = alpha > smooth;
             const Vec3 half = is_rough ? facets.draw(eye, draws[1], draws[2]) : Vec3{0, 0, 1};
-            const Boundary boundary(std::min(1.f, dot(eye, half)), eta);
+            const float along = std::min(1.f, dot(eye, half));
+            const Boundary boundary = is_thin ? Boundary::sheet(along, Material::rounded(material.ior)) : Boundary(along, eta);
             is_reflected = draws[0] < boundary.reflectance;
-            const Vec3 own = is_reflected ? 2 * dot(eye, half) * half - eye : refracted(eye, half, eta, boundary.beyond);
+            const Vec3 mirrored = 2 * dot(eye, half) * half - eye;
+            const Vec3 own = is_reflected ? mirrored : is_thin ? Vec3{mirrored.x, mirrored.y, -mirrored.z} : refracted(eye, half, eta, boundary.beyond);
             if (is_reflected != (own.z > 0)) return;
             if (is_rough) on.throughput = (is_reflected ? facets.joint(eye.z, own.z) : 1) * facets.masking(std::abs(own.z)) * on.throughput;
             toward = across.from(own);
@@ -635,7 +637,9 @@ void Lighting::look_behind(const Projection& projection, std::span<const Place> 
                 const float along = std::min(1.f, std::max(1e-3f, -dot(direction, met.normal)));
                 Vec3 toward = direction + 2 * along * met.normal;
                 bool is_reflected = true;
-                if (met.material->transmission >= 0.5) {
+                if (met.material->transmission >= 0.5 && met.material->is_thin) {
+                    if (Boundary::sheet(along, Material::rounded(met.material->ior)).reflectance < 0.5f) is_reflected = false, toward = direction;
+                } else if (met.material->transmission >= 0.5) {
                     const bool is_left = on.media.contains(met.instance);
                     Media beyond = on.media;
                     if (is_left) beyond.leave(met.instance);

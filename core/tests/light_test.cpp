@@ -80,38 +80,43 @@ TEST(white_surfaces_reflect_all_of_a_white_world) {
         for (const double roughness : {0., 0.1, 0.3, 0.6, 1.}) {
             Material material;
             material.metallic = metallic, material.roughness = roughness;
-            for (const float height : {0.15f, 0.5f, 1.f}) {
-                const Reflection reflection(material, {1, 1, 1}, {std::sqrt(1 - height * height), 0, height});
-                Vec3 sum;
-                constexpr std::uint32_t count = 4096;
-                for (std::uint32_t k = 0; k < count; ++k) {
-                    const auto [choice, u, v, other] = PixelSequence(0, 0, 0, k)(0);
-                    const auto drawn = reflection.draw(choice, u, v);
-                    if (drawn.toward.z > 0) sum = sum + drawn.weight;
+            for (const double coat : {0., 0.02, 0.1, 0.5}) {
+                material.clearcoat = coat > 0 ? 0.7 : 0, material.clearcoat_roughness = coat;
+                for (const float height : {0.15f, 0.5f, 1.f}) {
+                    const Reflection reflection(material, {1, 1, 1}, {std::sqrt(1 - height * height), 0, height});
+                    Vec3 sum;
+                    constexpr std::uint32_t count = 4096;
+                    for (std::uint32_t k = 0; k < count; ++k) {
+                        const auto [choice, u, v, other] = PixelSequence(0, 0, 0, k)(0);
+                        const auto drawn = reflection.draw(choice, u, v);
+                        if (drawn.toward.z > 0) sum = sum + drawn.weight;
+                    }
+                    CHECK(std::fabs(luminance(sum) / count - 1) < 0.02f);
                 }
-                CHECK(std::fabs(luminance(sum) / count - 1) < 0.02f);
             }
         }
     }
 }
 
 TEST(drawn_directions_have_the_density_that_is_said) {
-    Material material;
-    material.metallic = 0.3, material.roughness = 0.5;
-    const Reflection reflection(material, {0.8f, 0.5f, 0.3f}, normalized({0.6f, 0.1f, 0.7f}));
-    // The mean of 1 / density is the solid angle of all possible directions: the hemisphere.
-    double sum = 0, all = 0;
-    constexpr std::uint32_t count = 1 << 16;
-    for (std::uint32_t k = 0; k < count; ++k) {
-        const auto [choice, u, v, other] = PixelSequence(3, 0, 0, k)(0);
-        const auto drawn = reflection.draw(choice, u, v);
-        if (drawn.toward.z > 0) sum += 1 / static_cast<double>(drawn.density) / count;
-        const Vec3 even = in_cap(1, u, v);
-        all += static_cast<double>(reflection.density(even)) * 2 * static_cast<double>(pi) / count;
+    for (const double coat : {0., 1.}) {
+        Material material;
+        material.metallic = 0.3, material.roughness = 0.5, material.clearcoat = coat, material.clearcoat_roughness = 0.4;
+        const Reflection reflection(material, {0.8f, 0.5f, 0.3f}, normalized({0.6f, 0.1f, 0.7f}));
+        // The mean of 1 / density is the solid angle of all possible directions: the hemisphere.
+        double sum = 0, all = 0;
+        constexpr std::uint32_t count = 1 << 16;
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const auto [choice, u, v, other] = PixelSequence(3, 0, 0, k)(0);
+            const auto drawn = reflection.draw(choice, u, v);
+            if (drawn.toward.z > 0) sum += 1 / static_cast<double>(drawn.density) / count;
+            const Vec3 even = in_cap(1, u, v);
+            all += static_cast<double>(reflection.density(even)) * 2 * static_cast<double>(pi) / count;
+        }
+        CHECK(std::fabs(sum / (2 * static_cast<double>(pi)) - 1) < 0.02);
+        CHECK(all > 0.97);  // reflections below the horizon are lost
+        CHECK(all < 1.005);
     }
-    CHECK(std::fabs(sum / (2 * static_cast<double>(pi)) - 1) < 0.02);
-    CHECK(all > 0.97);  // reflections below the horizon are lost
-    CHECK(all < 1.005);
 }
 
 TEST(environments_draw_by_their_brightness) {
@@ -168,6 +173,16 @@ TEST(glass_reflects_as_fresnel_says) {
     // The same for both directions of a ray.
     const Boundary in(0.6f, 1 / n);
     CHECK(std::fabs(in.reflectance - Boundary(in.beyond, n).reflectance) < 1e-6f);
+}
+
+TEST(a_sheet_of_glass_reflects_by_both_sides) {
+    // R + T R T + T R^3 T + ... = R + T^2 R / (1 - R^2), with T = 1 - R.
+    for (const float along : {1.f, 0.5f, 0.1f}) {
+        const float once = Boundary(along, 1 / 1.5f).reflectance, series = once + (1 - once) * (1 - once) * once / (1 - once * once);
+        const Boundary sheet = Boundary::sheet(along, 1.5f);
+        CHECK(std::fabs(sheet.reflectance - series) < 1e-6f);
+        CHECK_EQ(sheet.beyond, along);
+    }
 }
 
 TEST(glass_refracts_as_snell_says) {

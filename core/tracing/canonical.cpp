@@ -31,8 +31,11 @@ Digest instance_digest(const Digest& shape, const AffineMap& transform, const Ma
     for (const auto& row : transform.row) hash.update(std::as_bytes(std::span(row)));
     hash.update(std::as_bytes(std::span(last_row))).update(std::as_bytes(std::span(material)));
     if (m.is_physical() || m.emits()) hash.update(std::as_bytes(std::span(physical)));  // else the established order stays
+    const double coat[] = {m.clearcoat, m.clearcoat_roughness};
+    if (m.clearcoat > 0) hash.update("clearcoat").update(std::as_bytes(std::span(coat)));
     const double glass[] = {m.transmission, m.ior, m.attenuation[0], m.attenuation[1], m.attenuation[2], m.attenuation_distance};
     if (m.transmission > 0) hash.update(std::as_bytes(std::span(glass)));
+    if (m.transmission > 0 && m.is_thin) hash.update("thin");
     return hash.digest();
 }
 

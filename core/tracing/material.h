@@ -11,18 +11,21 @@
 
 namespace bob {
 
-/// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the first twelve numbers in this order.
+/// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
 struct Material {
     double color[3] = {1, 1, 1};  // linear RGB, 0..1, multiplied by the shape's own colours
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;  // of Blinn-Phong
     double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a negative roughness selects Blinn-Phong
     double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to reflected light
 
+    double clearcoat = 0, clearcoat_roughness = 0;  // 0..1, visible only under lights: how much of a varnish lies on the surface
+
     // Glass, visible only under lights: the share of light that enters instead of being reflected diffusely, the index of refraction, and the
     // colour of white light after a distance inside, in the scene's units.
     double transmission = 0, ior = 1.5;
     double attenuation[3] = {1, 1, 1};
     double attenuation_distance = std::numeric_limits<double>::infinity();
+    bool is_thin = false;  // a sheet, such as a window pane, instead of the boundary of a solid: light goes straight on
 
     [[nodiscard]] bool is_physical() const { return roughness >= 0; }
     [[nodiscard]] bool emits() const { return emissive[0] > 0 || emissive[1] > 0 || emissive[2] > 0; }

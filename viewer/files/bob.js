@@ -8,6 +8,7 @@ import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";
+import { WHITE } from "../tracing/description.js";
 import { readContainer, readTensor } from "./safetensors.js";
 import { Pictures } from "./surface.js";
 
@@ -19,10 +20,13 @@ import { Pictures } from "./surface.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6", "7"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
+
+/** As bobrossnet.tracing.glass.MAX_IOR. */
+const MAX_IOR = 100;
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
@@ -304,25 +308,46 @@ function readInstance(core, place, item, shapes) {
   if (isSingular(core, rows)) {
     throw new CoreError(`${place}.transform: expected a map that keeps all three dimensions, got one that is singular`);
   }
-  checkMaterial(`${place}.material`, material);
+  const checked = checkMaterial(`${place}.material`, material);
   if (name !== null && typeof name !== "string") {
     throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
   }
-  return { shape, transform: rows, material, name };
+  return { shape, transform: rows, material: checked, name };
 }
 
-/** @param {string} of @param {any} material */
+/** @param {string} of @param {any} material @returns {import("../tracing/description.js").Material} */
 function checkMaterial(of, material) {
+  if (material && typeof material === "object" && "transmission" in material) return checkGlass(of, material);
   const physical = material && typeof material === "object" && "roughness" in material ? ["metallic", "roughness", "emissive"] : [];
-  checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess", ...physical);
+  const coat = physical.length && "clearcoat" in material ? ["clearcoat", "clearcoat_roughness"] : [];
+  checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess", ...physical, ...coat);
   const { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0] } = material;
-  for (const [field, rgb] of Object.entries({ color, emissive })) {
+  checkLinear(of, { color, emissive });
+  const shares = roughness == null && metallic == null ? { ambient, diffuse, specular } : { ambient, diffuse, specular, metallic, roughness };
+  for (const [field, value] of Object.entries(shares)) checkNumber(`${of}.${field}`, value, 0, 1);
+  for (const field of coat) checkNumber(`${of}.${field}`, material[field], 0, 1);
+  checkNumber(`${of}.shininess`, shininess, 0, 10_000);
+  return material;
+}
+
+/** @param {string} of @param {any} glass @returns {import("../tracing/description.js").Material} */
+function checkGlass(of, glass) {
+  checkFields(of, glass, "color", "roughness", "emissive", "transmission", "ior", "attenuation", "distance", "thin");
+  const { color, roughness, emissive, transmission, ior, attenuation, distance, thin } = glass;
+  checkLinear(of, { color, emissive, attenuation });
+  for (const [field, value] of Object.entries({ roughness, transmission })) checkNumber(`${of}.${field}`, value, 0, 1);
+  checkNumber(`${of}.ior`, ior, 1, MAX_IOR);
+  if (distance !== null) checkNumber(`${of}.distance`, distance, Number.MIN_VALUE, Number.MAX_VALUE);
+  if (typeof thin !== "boolean") throw new CoreError(`${of}.thin: expected true or false, got ${brief(thin)}`);
+  return { ...WHITE, ...glass, metallic: 0, distance: distance ?? Infinity };
+}
+
+/** @param {string} of @param {Record<string, any>} colors linear RGB */
+function checkLinear(of, colors) {
+  for (const [field, rgb] of Object.entries(colors)) {
     if (checkList(`${of}.${field}`, rgb).length !== 3) throw new CoreError(`${of}.${field}: expected 3 numbers, got ${rgb.length}`);
     for (const value of rgb) checkNumber(`${of}.${field}`, value, 0, 1);
   }
-  const shares = roughness == null && metallic == null ? { ambient, diffuse, specular } : { ambient, diffuse, specular, metallic, roughness };
-  for (const [field, value] of Object.entries(shares)) checkNumber(`${of}.${field}`, value, 0, 1);
-  checkNumber(`${of}.shininess`, shininess, 0, 10_000);
 }
 
 /** @param {Uint8Array} bytes */

@@ -12,7 +12,8 @@
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {{image: number, wrap: string[], uv: number}} Layer
  * @typedef {{name: string, layers: {color?: Layer, mask?: Layer, metallic_roughness?: Layer}, replaces_color: number, opacity: string, color: number[], ambient: number, diffuse: number, specular: number, shininess: number, metallic: number,
- *   roughness: number, emissive: number[], alphaCutoff: number}} Described a surface, as in core/files/read.h
+ *   roughness: number, emissive: number[], clearcoat: number, clearcoat_roughness: number, transmission: number, ior: number, attenuation: number[], distance: number, thin: boolean,
+ *   alphaCutoff: number}} Described a surface, as in core/files/read.h
  * @typedef {{parts: {runs: number[], surface: number, uv: number}[], labels: {name: string, parent: number}[],
  *   surfaces: Described[], images: {name: string, label: string}[], shapes: {kind: "tube" | "implicit", name: string}[],
  *   placements: [number, number][], warnings: string[], unit: string}} Contents
@@ -36,7 +37,7 @@ const MAX_DEPTH = 32;
 const UNNAMED = "unnamed";
 
 /** Numbers of a surface, a shape and a placement. */
-const OF_SURFACE = 13, OF_SHAPE = 3, OF_PLACEMENT = 12;
+const OF_SURFACE = 22, OF_SHAPE = 3, OF_PLACEMENT = 12;
 
 /** The arrays of other shapes, in the order of bindings/wasm_3mf.cpp. */
 const ARRAYS = {
@@ -115,8 +116,10 @@ const runsOf = (runs, paths) => Array.from({ length: runs.length / 2 }, (_, i) =
 /** @param {Described} surface @param {number[]} numbers of it */
 function addNumbers(surface, numbers) {
   const [ambient, diffuse, specular, shininess, metallic, roughness] = numbers.slice(3, 9);
-  const color = numbers.slice(0, 3), emissive = numbers.slice(9, 12), alphaCutoff = numbers[12];
-  Object.assign(surface, { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive, alphaCutoff });
+  const color = numbers.slice(0, 3), emissive = numbers.slice(9, 12), attenuation = numbers.slice(16, 19), thin = Boolean(numbers[20]);
+  const [clearcoat, clearcoat_roughness, transmission, ior] = numbers.slice(12, 16), distance = numbers[19], alphaCutoff = numbers[21];
+  Object.assign(surface, { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive });
+  Object.assign(surface, { clearcoat, clearcoat_roughness, transmission, ior, attenuation, distance, thin, alphaCutoff });
 }
 
 /** @param {Core} core @param {number} reading @returns {string} the name of a file that is needed first, empty at the end */
@@ -288,9 +291,12 @@ function surfaceOf(described, laid, texture) {
   const { name, ambient, diffuse, specular, shininess, metallic, roughness, emissive } = described;
   const color = laid && described.replaces_color ? [1, 1, 1] : described.color;
   const reflecting = roughness < 0 ? { ambient, diffuse, specular, shininess } : { metallic, roughness };
+  const { clearcoat, clearcoat_roughness, transmission, ior, attenuation, distance, thin } = described;
+  const glass = transmission > 0 && { metallic: 0, transmission, ior, attenuation, distance, thin };
+  const coat = clearcoat > 0 && !glass && { clearcoat, clearcoat_roughness };
   const alphaCutoff = cutoffOf(described, texture);
   return {
-    material: { ...WHITE, color, emissive, ...reflecting }, ...(texture && { texture }), ...(name && { name }),
+    material: { ...WHITE, color, emissive, ...reflecting, ...coat, ...glass }, ...(texture && { texture }), ...(name && { name }),
     ...(alphaCutoff !== undefined && { alphaCutoff }),
   };
 }

@@ -4,8 +4,9 @@
  *
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number,
- *   metallic?: number | null, roughness?: number | null, emissive?: ArrayLike<number>}} Material
- *   color, emissive: linear RGB; Blinn-Phong if roughness is omitted
+ *   metallic?: number | null, roughness?: number | null, emissive?: ArrayLike<number>, clearcoat?: number,
+ *   clearcoat_roughness?: number, transmission?: number, ior?: number, attenuation?: ArrayLike<number>, distance?: number, thin?: boolean}} Material
+ *   color, emissive, attenuation: linear RGB; Blinn-Phong if roughness is omitted; from transmission on as bobrossnet.Glass
  * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null, number?: number,
  *   pieces?: import("./scene.js").Label["pieces"]}} InstanceDescription
  *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
@@ -65,10 +66,14 @@ export function turned(scene, turn) {
 }
 
 /**
- * Red, green, blue, ambient, diffuse, specular, shininess, metallic, roughness (-1 if omitted), and emission.
+ * The numbers of the core's Material, in its order.
  *
  * @param {Material} material
  */
-export function materialValues({ color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0] }) {
-  return [...Array.from(color), ambient, diffuse, specular, shininess, metallic ?? 0, roughness ?? -1, ...Array.from(emissive)];
+export function materialValues({
+  color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0],
+  clearcoat = 0, clearcoat_roughness = 0, transmission = 0, ior = 1.5, attenuation = [1, 1, 1], distance = Infinity, thin = false,
+}) {
+  const reflection = [...Array.from(color), ambient, diffuse, specular, shininess, metallic ?? 0, roughness ?? -1, ...Array.from(emissive)];
+  return [...reflection, clearcoat, clearcoat_roughness, transmission, ior, ...Array.from(attenuation), distance, Number(thin)];
 }

@@ -19,7 +19,7 @@ import { WHITE, materialValues } from "./description.js";
  * @typedef {import("./description.js").SceneDescription} SceneDescription
  * @typedef {{address: number, top: number, rows: number}} Planes in the core's memory: (C, rows, width), from the image's row `top` on
  * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
- *   transform (4, 4): from the shape's units to the scene's; material (12): as materialValues
+ *   transform (4, 4): from the shape's units to the scene's; material: as materialValues
  * @typedef {{center: [number, number, number], radius: number}} Sphere
  * @typedef {{depths: Float32Array, sphere: Sphere}} Probe depths (n,): NaN for a miss
  * @typedef {import("./cutaway.js").Cutaway} Cutaway

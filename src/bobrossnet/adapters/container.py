@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -25,19 +26,21 @@ from bobrossnet.shapes.picture import Picture
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_flag, check_integer
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_flag, check_integer
 from bobrossnet.support.paths import MAX_BYTES, path_of
 from bobrossnet.support.tensors import tensor_file
 from bobrossnet.support.units import check_unit
+from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2", "3", "4", "5", "6")
+VERSIONS = ("1", "2", "3", "4", "5", "6", "7")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
-meshes, the fifth textures that meshes share. Scenes are written in the lowest sufficient version."""
+meshes, the fifth textures that meshes share, the seventh glass and
+clear coats. Scenes are written in the lowest sufficient version."""
 
 PARTS = "parts"
 """The entry of the metadata that has the unit and the tree of parts; readers may pass over it."""
@@ -51,7 +54,13 @@ KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Me
 PHYSICAL = {"metallic", "roughness", "emissive"}
 """Fields of materials that came with the second version."""
 
-MATERIAL = [name for name in Material.__dataclass_fields__ if name not in PHYSICAL]
+CLEARCOAT = {"clearcoat", "clearcoat_roughness"}
+"""Fields of materials with a clear coat, from the seventh version on."""
+
+MATERIAL = [name for name in Material.__dataclass_fields__ if name not in PHYSICAL | CLEARCOAT]
+
+GLASS = ("color", "roughness", "emissive", "transmission", "ior", "attenuation", "distance", "thin")
+"""Fields of glass, from the seventh version on."""
 
 # The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits
 # taken as zeros.
@@ -132,6 +141,7 @@ def packed(scene: SceneLike) -> bytes:
         "4": _any(tensors, ".alpha_cutoff"),
         "5": _any(tensors, f".{SHARED}"),
         "6": _any(tensors, ".face_numbers"),
+        "7": any("transmission" in fields or "clearcoat" in fields for fields in materials.values()),
     }
     data = layout(content, tensors, max(version for version in VERSIONS if needs[version]), _parts_of(whole))
     _check_header(data, "scene: ")
@@ -280,31 +290,44 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
     material = fields["material"]
-    names = (
-        MATERIAL if not isinstance(material, dict) or PHYSICAL.isdisjoint(material) else Material.__dataclass_fields__
-    )
+    names: Iterable[str] = MATERIAL
+    if isinstance(material, dict) and "transmission" in material:
+        names = GLASS
+    elif isinstance(material, dict) and not (PHYSICAL | CLEARCOAT).isdisjoint(material):
+        names = [name for name in Material.__dataclass_fields__ if name not in CLEARCOAT or "clearcoat" in material]
     material = _fields(f"{place}.material", material, *names)
     if any(isinstance(x, bool) for row in transform if isinstance(row, list) for x in row):
         raise InputTypeError(f"{place}.transform: expected numbers, got true or false")
     text = repr(material)
     try:
         if text not in materials:
-            for name in {"color", "emissive"} & material.keys():
+            for name in {"color", "emissive", "attenuation"} & material.keys():
                 numbers(f"material.{name}", material[name])
-            materials[text] = Material(**material)
+            if names is GLASS:
+                if not isinstance(material["thin"], bool):
+                    raise InputError(f"thin: expected true or false, got {brief(material['thin'])}")
+                distance = inf if material["distance"] is None else material["distance"]
+                materials[text] = Glass(**material | {"distance": distance})
+            else:
+                materials[text] = Material(**material)
         return Instance(shapes[number], transform, materials[text], fields["name"])
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
 
 
 def _fields_of(material: Material) -> dict[str, Any]:
-    if type(material) is not Material:
+    if type(material) not in (Material, Glass):
         raise InputError(
             f"material: expected a Material to write, got {type(material).__name__}, which scene files cannot store"
         )
     fields = asdict(material)
-    if material.roughness is None and material.emissive == (0, 0, 0):
-        return {name: fields[name] for name in MATERIAL}
+    if isinstance(material, Glass):
+        distance = None if material.distance == inf else material.distance  # JSON has no infinity
+        return {name: fields[name] for name in GLASS} | {"distance": distance}
+    if material.clearcoat == 0:
+        fields = {name: value for name, value in fields.items() if name not in CLEARCOAT}
+        if material.roughness is None and material.emissive == (0, 0, 0):
+            return {name: fields[name] for name in MATERIAL}
     return fields
 
 

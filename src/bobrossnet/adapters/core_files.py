@@ -20,6 +20,7 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import segments
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import name_of, one_line, warn_of
+from bobrossnet.tracing.glass import Glass
 from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
@@ -30,7 +31,7 @@ MATERIAL = ("ambient", "diffuse", "specular", "shininess", "metallic", "roughnes
 UNNAMED = "unnamed"
 """Name of unnamed parts next to named ones."""
 
-OF_SURFACE, OF_SHAPE, OF_PLACEMENT = 13, 3, 12
+OF_SURFACE, OF_SHAPE, OF_PLACEMENT = 22, 3, 12
 """Numbers of each surface, shape and placement."""
 
 
@@ -58,9 +59,10 @@ def read_in_core(file: Path) -> Found[Part]:
         return [[float(number) for number in islice(rows, width)] for _ in described]
 
     for described, own in zip(contents["surfaces"], numbers(contents["surfaces"], OF_SURFACE), strict=True):
-        described |= {"color": own[:3], "emissive": own[9:12], "alpha_cutoff": own[12]} | dict(
-            zip(MATERIAL, own[3:9], strict=True)
-        )
+        described |= {"color": own[:3], "emissive": own[9:12], "attenuation": own[16:19], "alpha_cutoff": own[21]}
+        described |= zip(MATERIAL, own[3:9], strict=True)
+        described |= {"clearcoat": own[12], "clearcoat_roughness": own[13], "transmission": own[14], "ior": own[15]}
+        described |= {"distance": own[19], "thin": bool(own[20])}
     for warning in contents["warnings"]:
         warn_of(file, warning)
     images = _Images(Textures(file, beside), contents["images"], reading)
@@ -154,7 +156,13 @@ class _Images:
         if "metallic_roughness" in layers:
             _, green, blue = self._mean(layers["metallic_roughness"]["image"])
             reflecting = {"metallic": blue * reflecting["metallic"], "roughness": green * reflecting["roughness"]}
-        material = Material(tuple(color), **reflecting, emissive=tuple(described["emissive"]))
+        if described["transmission"] > 0:
+            glass = {name: described[name] for name in ("transmission", "ior", "distance", "thin")}
+            glass |= {name: tuple(described[name]) for name in ("attenuation", "emissive")}
+            material: Material = Glass(tuple(color), roughness=reflecting["roughness"], **glass)
+        else:
+            coat = {name: described[name] for name in ("clearcoat", "clearcoat_roughness")}
+            material = Material(tuple(color), **reflecting, emissive=tuple(described["emissive"]), **coat)
         surface = Surface(material, texture, name, _cutoff(described, texture))
         try:
             self.textures.pictures.show(surface)

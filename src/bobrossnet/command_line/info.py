@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 from collections.abc import Iterable
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -137,7 +138,19 @@ def _material(material: bob.Material) -> str:
     names = ("ambient", "diffuse", "specular", "shininess") if material.roughness is None else ("metallic", "roughness")
     numbers = ", ".join(f"{name} {getattr(material, name):.6g}" for name in names)
     emissive = f", emissive {_vector(material.emissive)}" if any(material.emissive) else ""
-    return f"linear RGB {_vector(material.color)}, {numbers}{emissive}"
+    coat = f", clear coat {material.clearcoat:.6g}" if material.clearcoat else ""
+    return f"linear RGB {_vector(material.color)}, {numbers}{emissive}{coat}{_glass(material)}"
+
+
+def _glass(material: bob.Material) -> str:
+    from bobrossnet.tracing.glass import Glass
+
+    if not isinstance(material, Glass):
+        return ""
+    inside = f", {_vector(material.attenuation)} after {material.distance:.6g}" if isfinite(material.distance) else ""
+    return (
+        f", transmission {material.transmission:.6g}, ior {material.ior:.6g}{', a sheet' if material.thin else inside}"
+    )
 
 
 def _configuration(path: Path) -> dict[str, dict[str, Any]]:

@@ -256,6 +256,8 @@ def run(options: argparse.Namespace) -> None:
         picture = picture if background is None else picture[..., :3]  # opaque
         if exact and options.samples > 1 and part.guides is None:
             told.line(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
+    if part.guides is None and any(isinstance(instance.material, bob.Glass) for instance in scene.instances):
+        told.line("glass      is opaque under the headlight; --light studio shows through it")
     if scene.unresolved_rays:
         told.line(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:

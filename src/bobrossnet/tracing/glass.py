@@ -7,7 +7,7 @@ from math import inf
 
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
-from bobrossnet.support.errors import check_number
+from bobrossnet.support.errors import check_flag, check_number
 from bobrossnet.tracing.material import Material
 
 MAX_IOR = 100.0
@@ -15,15 +15,15 @@ MAX_IOR = 100.0
 
 @dataclass(frozen=True, init=False)
 class Glass(Material):
-    """A solid that reflects and refracts light: glass, water, diamond.
+    """A solid that reflects and refracts light, such as glass or water; or a sheet, such as a window pane.
 
-    Its shape encloses the glass. Solids may overlap: the one that a ray entered last counts, so that water may
-    reach into its glass. Only `light` shows it; under the headlight it is opaque.
+    The shape of a solid encloses the glass. Solids may overlap: the one that a ray entered last counts, so that water
+    may reach into its glass. Only `light` shows it; under the headlight it is opaque.
 
     Parameters
     ----------
     color : like a material's
-        By which light is multiplied once, where it enters.
+        By which light is multiplied: once for each solid that it enters, and at each sheet.
     ior : float in 1..100
         Index of refraction: 1.33 of water, 1.5 of glass, 2.42 of diamond.
     roughness : float in 0..1
@@ -34,6 +34,10 @@ class Glass(Material):
         In the scene's units.
     transmission : float in 0..1
         Share of the light that goes in; the rest meets a body like plastic.
+    thin : bool
+        Whether the surface is a sheet: light goes straight on, and `attenuation` has no effect. Its shape may be open.
+    emissive : like color
+        As a material's.
 
     Raises
     ------
@@ -52,6 +56,7 @@ class Glass(Material):
     attenuation: tuple[float, float, float]
     """Linear RGB, 0..1."""
     distance: float
+    thin: bool
 
     def __init__(
         self,
@@ -62,8 +67,10 @@ class Glass(Material):
         attenuation: Color = (1.0, 1.0, 1.0),
         distance: float = inf,
         transmission: float = 1.0,
+        thin: bool = False,
+        emissive: Color = (0.0, 0.0, 0.0),
     ) -> None:
-        super().__init__(color, metallic=0, roughness=roughness)
+        super().__init__(color, metallic=0, roughness=roughness, emissive=emissive)
         for name, value in (
             ("transmission", check_number("transmission", transmission, 0, 1)),
             ("ior", check_number("ior", ior, 1, MAX_IOR)),
@@ -74,6 +81,7 @@ class Glass(Material):
                 if isinstance(distance, float) and distance == inf
                 else check_number("distance", distance, 0, above=True),
             ),
+            ("thin", check_flag("thin", thin)),
         ):
             object.__setattr__(self, name, value)
 
@@ -87,5 +95,6 @@ class Glass(Material):
         assert self.roughness is not None
         return _core.Material(
             self.color, self.ambient, self.diffuse, self.specular, self.shininess, self.metallic, self.roughness,
-            self.emissive, self.transmission, self.ior, self.attenuation, self.distance,
+            self.emissive, self.clearcoat, self.clearcoat_roughness,
+            self.transmission, self.ior, self.attenuation, self.distance, self.thin,
         )  # fmt: skip

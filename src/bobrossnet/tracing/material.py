@@ -29,6 +29,8 @@ class Material:
         their colour, dielectrics in white; rougher surfaces have wider highlights.
     emissive : like color
         Emitted light, added to the reflected light.
+    clearcoat, clearcoat_roughness : float in 0..1
+        Varnish on the surface, of index 1.5: its amount and roughness. Only lights show it.
 
     Raises
     ------
@@ -55,6 +57,8 @@ class Material:
     roughness: float | None
     emissive: tuple[float, float, float]
     """Linear RGB, 0..1."""
+    clearcoat: float
+    clearcoat_roughness: float
 
     def __init__(
         self,
@@ -66,6 +70,8 @@ class Material:
         metallic: float | None = None,
         roughness: float | None = None,
         emissive: Color = (0.0, 0.0, 0.0),
+        clearcoat: float = 0.0,
+        clearcoat_roughness: float = 0.0,
     ) -> None:
         if metallic is not None or roughness is not None:
             if (ambient, diffuse, specular, shininess) != (0.1, 0.7, 0.2, 32.0):
@@ -83,6 +89,8 @@ class Material:
             ("metallic", metallic),
             ("roughness", roughness),
             ("emissive", linear("emissive", emissive)),
+            ("clearcoat", check_number("clearcoat", clearcoat, 0, 1)),
+            ("clearcoat_roughness", check_number("clearcoat_roughness", clearcoat_roughness, 0, 1)),
         ):
             object.__setattr__(self, name, value)
 
