@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from models import MODELS, needs_models
 from PIL import Image
 from processes import running
@@ -97,6 +98,24 @@ def test_panels(tmp_path, capsys):
     assert f"SSIM {bob.ssim(bob.complete(part), full.gray):.4f}" in printed
     for word in ("5 % of 320x240", "3,840 rays", "completed", "reference  76,800 rays", "wrote"):
         assert word in printed
+
+
+def test_the_command_line_lights_scenes(tmp_path, capsys):
+    """At any share of the pixels, light is completed along first hits, with any network."""
+    trimesh.creation.icosphere(2).export(tmp_path / "ball.ply")
+    pictures = []
+    for i, amount in enumerate(([], ["--fraction", "30%"], ["--error", "0.05"])):
+        out = tmp_path / f"{i}.png"
+        options = ["--size", "64x48", "--light", "studio", "--fit", "sphere", "-o", str(out)]
+        assert cli.main(["render", str(tmp_path / "ball.ply"), *options, *amount]) == 0
+        assert "pixels' light and all first hits" in capsys.readouterr().out
+        pictures.append(pixels(out).astype(int))
+    covered = pictures[0][..., 3] == 255
+    for picture, most in zip(pictures[1:], (5, 255 * 0.05), strict=True):
+        assert np.abs(picture - pictures[0])[..., 3].mean() < most
+        assert np.abs(picture - pictures[0])[covered].mean() < most
+    assert cli.main(["render", "--light", "moonshine"]) == 2
+    assert "light: expected headlight, studio" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("light", [[], ["--light", "studio"]])

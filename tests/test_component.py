@@ -10,6 +10,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
+from bobrossnet.picture.camera import FRONT
 from bobrossnet.picture.files import color_to_8_bit, to_8_bit
 from bobrossnet.support.paths import VIEWER
 
@@ -110,7 +111,7 @@ def pixels(page):
 
 
 def expected(scene, camera=None):
-    return color_to_8_bit(bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH)).gray)
+    return color_to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
 
 
 def assert_shows(page, gray):
@@ -190,7 +191,7 @@ def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, rat
     found = exact(page)
     width, height = (ratio * each for each in size)
     assert found.shape == (height, width, 4)
-    wanted = color_to_8_bit(bob.trace(bob.load(folder / "wedge.glb"), bob.Camera(), size=(height, width)).gray)
+    wanted = color_to_8_bit(bob.trace(bob.load(folder / "wedge.glb"), size=(height, width)).gray)
     assert (np.abs(found[..., 0].astype(int) - wanted) > 1).mean() < 0.002
     states = page.evaluate("() => states")
     assert states[-1]["exact"]
@@ -199,7 +200,7 @@ def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, rat
     view = "document.querySelector('bob-view')"
     page.evaluate(f"() => {{ states.length = 0; {view}.setAttribute('samples', '4'); return {view}.converged(); }}")
     assert [state["isSmoothed"] for state in page.evaluate("() => states") if state["final"]] == [True]
-    smoothed = bob.render(bob.load(folder / "wedge.glb"), bob.Camera(), size=(height, width), background="#000").rgba
+    smoothed = bob.render(bob.load(folder / "wedge.glb"), size=(height, width), background="#000").rgba
     assert (np.abs(pixels(page)[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() < 0.0002
     assert (np.abs(found[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() > 0.0005
 
@@ -357,7 +358,7 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, sc
     ("words", "camera"),
     [
         ('camera-orbit="0deg 90deg 100%"', {"azimuth": -90, "elevation": 0}),  # the front of a glTF
-        ('camera-orbit="120deg 70deg 50%"', {"zoom": 2}),
+        ('camera-orbit="120deg 70deg 50%"', {"azimuth": 30, "zoom": 2}),
         ('camera-orbit="1rad auto auto"', {"azimuth": np.degrees(1) - 90}),
         ('field-of-view="auto"', {"fov": 35}),
         ('field-of-view="60deg"', {"fov": 60}),
@@ -365,7 +366,39 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, sc
 )
 def test_cameras_in_the_words_of_model_viewer(shown, folder, words, camera):
     page = shown(f'src="wedge.glb" {words}')
-    assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(**camera)))
+    assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(**{"azimuth": FRONT} | camera)))
+
+
+def test_scenes_with_a_front_are_seen_from_it(shown, folder):
+    """Unless a camera is chosen. Scene files keep their front, and a new scene its own default."""
+    bob.save_scene(bob.load(folder / "wedge.glb"), folder / "front.bob")
+    wedge().save(folder / "wedge.stl")
+    page = shown('src="front.bob"')
+    front = expected(bob.load(folder / "wedge.glb"))
+    assert_shows(page, front)
+
+    def azimuth_of(source, camera=None):
+        return page.evaluate(
+            """async ([source, camera]) => {
+              const view = document.querySelector("bob-view");
+              if (camera === "home") await view.goTo(camera);
+              else if (camera) view.camera = camera;
+              const shown = new Promise((resolve) => view.addEventListener("load", resolve, { once: true }));
+              view.src = source;
+              await shown;
+              return view.camera.azimuth;
+            }""",
+            [source, camera],
+        )
+
+    assert azimuth_of("wedge.stl") == 30
+    assert azimuth_of("wedge.glb") == 360 + FRONT
+    assert azimuth_of("wedge.stl", {"azimuth": 30}) == 30
+    assert azimuth_of("wedge.glb") == 30
+    assert azimuth_of("wedge.stl", "home") == 30
+    assert azimuth_of("wedge.glb") == 360 + FRONT
+    page.evaluate("() => document.querySelector('bob-view').setAttribute('up', 'y')")
+    assert azimuth_of("wedge.stl") == 360 + FRONT  # +z of the file
 
 
 def test_hands_turn_it_only_where_they_may(shown):
@@ -380,16 +413,17 @@ def test_hands_turn_it_only_where_they_may(shown):
         page.mouse.move(80, 60)
         page.mouse.up()
 
+    assert told(page, "camera-change") == [{"source": "none"}]  # to the front
     drag()
-    assert told(page, "camera-change") == []
+    assert len(told(page, "camera-change")) == 1
     view.evaluate("(view) => view.toggleAttribute('camera-controls', true)")
     drag()
     assert told(page, "camera-change")[-1] == {"source": "user-interaction"}
-    assert view.evaluate("(view) => view.camera.azimuth") != 30
+    assert view.evaluate("(view) => view.camera.azimuth") != 360 + FRONT
     view.focus()
     page.keyboard.press("Home")
     assert view.evaluate("(view) => view.camera") == {
-        "azimuth": 30, "elevation": 20, "roll": 0, "zoom": 1, "panX": 0, "panY": 0, "fov": 0
+        "azimuth": 360 + FRONT, "elevation": 20, "roll": 0, "zoom": 1, "panX": 0, "panY": 0, "fov": 0
     }  # fmt: skip
     count = len(told(page, "camera-change"))
     view.evaluate("(view) => { view.camera = { azimuth: 40 }; view.camera = { azimuth: 40 }; }")
@@ -401,9 +435,9 @@ def test_hands_turn_it_only_where_they_may(shown):
 
 def test_it_turns_by_itself_while_nobody_does(shown):
     page = shown('src="wedge.glb" auto-rotate', reduced_motion="no-preference")
-    page.wait_for_function("() => told.some(({ type }) => type === 'camera-change')", timeout=20_000)
+    page.wait_for_function("() => told.filter(({ type }) => type === 'camera-change').length > 1", timeout=20_000)
     azimuth = page.evaluate("() => document.querySelector('bob-view').camera.azimuth")
-    assert 0 < azimuth < 30
+    assert 330 + FRONT < azimuth < 360 + FRONT
     page.evaluate("() => document.querySelector('bob-view').removeAttribute('auto-rotate')")
     count = len(told(page, "camera-change"))
     page.wait_for_timeout(100)
@@ -414,7 +448,7 @@ def test_it_stands_still_where_little_motion_is_wanted(shown):
     page = shown('src="wedge.glb" auto-rotate', reduced_motion="reduce")
     exact(page)
     page.wait_for_timeout(3500)
-    assert told(page, "camera-change") == []
+    assert told(page, "camera-change") == [{"source": "none"}]  # to the front
 
 
 # ---- Looks -----------------------------------------------------------------------------------------------

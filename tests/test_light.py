@@ -5,13 +5,11 @@ import math
 import numpy as np
 import nurbs_shapes as nurbs
 import pytest
-from PIL import Image
 from thread_counts import with_threads
 
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.color import to_srgb
-from bobrossnet.command_line import cli
 from bobrossnet.completion.complete import complete
 from bobrossnet.completion.guided import noise_shown
 from bobrossnet.picture.environment import read_hdr
@@ -784,25 +782,6 @@ def test_extreme_scenes_end():
         picture = bob.render(scene, camera, size=(24, 32), light=light, samples=1)
         assert np.isfinite(picture.color).all()
         assert np.isfinite(picture.alpha).all()
-
-
-def test_the_command_line_lights_scenes(tmp_path, capsys):
-    """At any share of the pixels, light is completed along first hits, with any network."""
-    sphere_mesh(2).save(tmp_path / "ball.ply")
-    pictures = []
-    for i, amount in enumerate(([], ["--fraction", "30%"], ["--error", "0.05"])):
-        out = tmp_path / f"{i}.png"
-        options = ["--size", "64x48", "--light", "studio", "--fit", "sphere", "-o", str(out)]
-        assert cli.main(["render", str(tmp_path / "ball.ply"), *options, *amount]) == 0
-        assert "pixels' light and all first hits" in capsys.readouterr().out
-        with Image.open(out) as image:
-            pictures.append(np.asarray(image).astype(int))
-    covered = pictures[0][..., 3] == 255
-    for picture, most in zip(pictures[1:], (5, 255 * 0.05), strict=True):
-        assert np.abs(picture - pictures[0])[..., 3].mean() < most
-        assert np.abs(picture - pictures[0])[covered].mean() < most
-    assert cli.main(["render", "--light", "moonshine"]) == 2
-    assert "light: expected headlight, studio" in capsys.readouterr().err
 
 
 def test_damaged_radiance_files_are_refused_in_a_line():

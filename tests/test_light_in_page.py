@@ -51,7 +51,7 @@ def glasses():
     """Return a glTF of a red, varnished ball behind a pane, and a ball of tinted glass next to it."""
     glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
     volume = {"thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0.3, 0.7, 0.5]}
-    solid = glass | {"KHR_materials_ior": {"ior": 1.4}, "KHR_materials_volume": volume}
+    solid = glass | {"KHR_materials_ior": {"ior": 1.2}, "KHR_materials_volume": volume}
     coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2}}
     extensions = {"red": coat, "pane": glass, "solid": solid}
     shapes = {

@@ -117,7 +117,7 @@ def shared(tabs, viewer):
 
 @pytest.fixture
 def page(shared):
-    """Return the page at its start: the gallery's first shape, from the front."""
+    """Return the page at its start: the default view of a shape."""
     yield shared
     shared.tab.check("#refines")
     shared.tab.check("[value=completed]", force=True)
@@ -126,7 +126,7 @@ def page(shared):
 
 
 def expected(scene, camera=None):
-    seen = bob.trace(scene, camera or bob.Camera(), size=(HEIGHT, WIDTH))
+    seen = bob.trace(scene, camera, size=(HEIGHT, WIDTH))
     return color_to_8_bit(seen.color if "color" in seen.channels else seen.gray)
 
 
@@ -298,7 +298,7 @@ def test_factors_of_gltf_are_linear_light(page, tmp_path):
     page.tab.set_input_files("#file", file)
     page.opened()
     assert page.text("#message") == ""
-    color = bob.trace(scene, bob.Camera(), size=(HEIGHT, WIDTH)).color
+    color = bob.trace(scene, size=(HEIGHT, WIDTH)).color
     wanted = color_to_8_bit(color).astype(int)
     assert (np.abs(page.exact().astype(int) - wanted).max(axis=-1) > 1).mean() < 0.002
     assert np.abs(255 * color - wanted)[wanted.any(axis=-1)].mean() > 20  # otherwise it would be a different picture
@@ -306,7 +306,7 @@ def test_factors_of_gltf_are_linear_light(page, tmp_path):
 
 def test_files_are_opened_together_with_their_textures(page, tmp_path):
     """The model among them, in any order; and again after the axes are turned."""
-    texels = np.zeros((8, 8, 3), np.uint8) + np.array((200, 40, 90), np.uint8)
+    texels = np.zeros((8, 8, 3), np.uint8) + np.array((255, 0, 90), np.uint8)
     Image.fromarray(texels).save(tmp_path / "paint.png")
     (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd paint.png\n")
     square = "v 0 0 0\nv 0 2 0\nv 0 2 2\nv 0 0 2\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1 4/1\n"
@@ -316,7 +316,7 @@ def test_files_are_opened_together_with_their_textures(page, tmp_path):
     assert page.text("#message") == ""
     scene = bob.load(tmp_path / "square.obj")
     for upright in (scene, scene.turned_upright()):
-        wanted = color_to_8_bit(bob.trace(upright, bob.Camera(), size=(HEIGHT, WIDTH)).color)
+        wanted = color_to_8_bit(bob.trace(upright, size=(HEIGHT, WIDTH)).color)
         assert np.ptp(wanted.astype(int), axis=-1).max() > 100
         page.wait_until(lambda wanted=wanted: np.abs(page.exact().astype(int) - wanted).max(axis=-1).mean() < 0.1)
         page.tab.check("#y-up")

@@ -52,13 +52,13 @@
 import { addressOf, fileName } from "../core/addresses.js";
 import { isSingleFile, useFolder, usedFolder } from "../core/parts.js";
 import { VERSION } from "../core/version.js";
-import { FIELDS, HOME, valid } from "../picture/camera.js";
+import { FIELDS, FRONT, HOME, valid } from "../picture/camera.js";
 import { projection } from "../picture/projection.js";
 import { WHOLE, changed } from "../tracing/cutaway.js";
 import { planesOf, sectionsOf, textOf, toggled, validSections } from "../tracing/section.js";
 import { define } from "./define.js";
 import { listen, listenForClicks } from "./gestures.js";
-import { KEYS, home, listenToKeys } from "./keys.js";
+import { KEYS, listenToKeys } from "./keys.js";
 import { LIMITS, limited } from "./limits.js";
 import { made } from "./made.js";
 import { Motion, isCalm } from "./motion.js";
@@ -119,6 +119,9 @@ class BobViewElement extends Parent {
   #viewing;
   /** While the element is disconnected. @type {Camera} */
   #camera = HOME;
+  /** The default camera of the scene. */
+  #default = HOME;
+  #isTurned = false; // whether an azimuth was chosen
   #resizing = new ResizeObserver(() => this.#resize());
   #sight = new Sight(this, () => this.#see());
   #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
@@ -177,6 +180,7 @@ class BobViewElement extends Parent {
     this.#takeOver();
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
     this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
+      opened: (summary) => this.#face(summary),
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
@@ -721,9 +725,16 @@ class BobViewElement extends Parent {
   }
 
   /** @param {Source} source */
-  #home(source) {
+  async #home(source) {
     this.#motion.pivot = null;
-    return this.#motion.goTo(home(this.camera), source);
+    await this.#motion.goTo({ ...this.#default, fov: this.camera.fov }, source);
+    this.#isTurned = false;
+  }
+
+  /** Shows a new scene from its front, if it has one, unless a camera was chosen. @param {import("../workers/reader.js").Summary} scene */
+  #face({ hasFront }) {
+    this.#default = hasFront ? FRONT : HOME;
+    if (!this.#isTurned) this.#move({ azimuth: this.#default.azimuth }, "none");
   }
 
   /** Brings the surface at a place of the window to the centre, and turns about it; without one, shows everything. @param {number} x @param {number} y */
@@ -760,6 +771,12 @@ class BobViewElement extends Parent {
 
   /** @param {Partial<Camera>} camera @param {Source} source */
   #look(camera, source) {
+    this.#isTurned ||= camera.azimuth !== undefined;
+    this.#move(camera, source);
+  }
+
+  /** @param {Partial<Camera>} camera @param {Source} source */
+  #move(camera, source) {
     const before = this.camera, after = valid(limited(valid({ ...before, ...camera }), (name) => this.getAttribute(name)));
     if (source === "user-interaction") {
       this.#touched();
@@ -801,7 +818,7 @@ class BobViewElement extends Parent {
       last = now;
       if (!this.#viewing?.statistics.pictures || this.#saving || now <= this.#touchedAt + this.#idleMs) return;
       this.#sight.look(); // which may end this
-      if (this.#sight.isSeen) this.#look({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
+      if (this.#sight.isSeen) this.#move({ azimuth: this.camera.azimuth - turn * since / 1000 }, "none");
     };
     this.#turning = requestAnimationFrame(step);
   }

@@ -1,6 +1,6 @@
 // @ts-check
 /** Keys that move the camera; numbers show the sides, as in FreeCAD. */
-import { HOME, PERSPECTIVE } from "../picture/camera.js";
+import { PERSPECTIVE } from "../picture/camera.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
 
 /** @typedef {import("../picture/camera.js").Camera} Camera */
@@ -12,9 +12,6 @@ const ZOOM = 1.15;
 /** The keys in words, for screen readers. */
 export const KEYS = "Arrows: turn. Shift and arrows: pan. + and -: zoom. [ and ]: roll. F: fit. "
   + `${VIEW_NAMES.map((name, i) => `${i + 1}: ${name}`).join(", ")}. P: perspective. X, Y, Z: section. E: edges. Home: reset. Enter: pick the centre. Escape: leave.`;
-
-/** The first view, with the same field of view. @param {Camera} camera */
-export const home = ({ fov }) => ({ ...HOME, fov });
 
 /**
  * @param {HTMLElement} element of the picture

@@ -12,6 +12,7 @@
  * @typedef {import("../workers/pool.js").Pool} Pool
  *
  * @typedef {object} Told Callbacks
+ * @property {(summary: Summary) => void} opened a new scene; its first picture follows
  * @property {(picture: Picture, repainted: boolean) => void} picture displays it; repainted: it is the last one in
  *   another mode
  * @property {(message: string) => void} failed no more pictures will come, for the reason given
@@ -141,6 +142,7 @@ export class Viewing {
     try {
       const opened = await crew.open(this, scene.open);
       if (scene !== this.#opening || !opened) return;
+      if (scene === this.#coming) this.#told.opened(opened.result);
       this.#scene = scene;
       this.#opening = this.#coming = undefined;
       this.#begin(opened.pool);
@@ -405,4 +407,4 @@ export class Viewing {
 
 /** @param {number} id of the viewing @param {string} text of a script @returns {Scene["open"]} */
 const running = (id, text) => async (pool) => (
-  { script: text, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });
+  { script: text, hasFront: false, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });

@@ -97,9 +97,9 @@ export async function readBob(core, bytes) {
     shapes.push(shape);
   }));
   checkNames(entries, kinds.length);
-  const { unit, pieces } = readParts(metadata.parts, instances.length);
+  const { unit, hasFront, pieces } = readParts(metadata.parts, instances.length);
   return {
-    shapes, unit, instances: instances.map((item, i) => ({ ...readInstance(core, `instances[${i}]`, item, shapes.length), pieces: pieces[i] })),
+    shapes, unit, hasFront, instances: instances.map((item, i) => ({ ...readInstance(core, `instances[${i}]`, item, shapes.length), pieces: pieces[i] })),
   };
 }
 
@@ -108,15 +108,16 @@ export async function readBob(core, bytes) {
  *
  * @param {string | undefined} text
  * @param {number} count of instances
- * @returns {{unit: string | null, pieces: import("../tracing/scene.js").Label["pieces"][]}}
+ * @returns {{unit: string | null, hasFront: boolean, pieces: import("../tracing/scene.js").Label["pieces"][]}}
  */
 function readParts(text, count) {
-  if (text === undefined) return { unit: null, pieces: Array.from({ length: count }, () => []) };
+  if (text === undefined) return { unit: null, hasFront: false, pieces: Array.from({ length: count }, () => []) };
   const content = checkFields("parts", JSON.parse(text), "unit", "has_front", "pieces"), pieces = checkList("parts.pieces", content.pieces);
   if (pieces.length !== count) throw new CoreError(`parts.pieces: expected one entry for each of ${count} instances, got ${pieces.length}`);
   if (content.unit !== null && typeof content.unit !== "string") throw new CoreError(`parts.unit: expected a string, got ${brief(content.unit)}`);
   for (const own of pieces) checkList("parts.pieces", own).forEach(checkPiece);
-  return { unit: content.unit, pieces };
+  if (typeof content.has_front !== "boolean") throw new CoreError(`parts.has_front: expected true or false, got ${brief(content.has_front)}`);
+  return { unit: content.unit, hasFront: content.has_front, pieces };
 }
 
 /** @param {any} piece */

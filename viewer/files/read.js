@@ -19,6 +19,9 @@ import { meshScene } from "./joined.js";
 
 const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
 
+/** Formats whose front is known. */
+const GLTF = ["glb", "gltf"];
+
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
   ...Object.fromEntries(MESHES.map((ending) => [ending, inCore(ending.slice(1))])),
@@ -116,7 +119,10 @@ function inCore(format) {
     if (scene.instances.length && !parts.some(({ triangles }) => triangles.length)) return { ...scene, warnings: told };
     const { shapes, instances, warnings = [] } = meshScene(core, name, parts), before = shapes.length;
     const others = scene.instances.map((instance) => ({ ...instance, shape: before + instance.shape }));
-    return { shapes: shapes.concat(scene.shapes), instances: instances.concat(others), warnings: [...told, ...warnings], unit: scene.unit };
+    return {
+      shapes: shapes.concat(scene.shapes), instances: instances.concat(others), warnings: [...told, ...warnings], unit: scene.unit,
+      hasFront: GLTF.includes(format),
+    };
   };
 }
 

@@ -8,15 +8,18 @@
  * @typedef {{height: number, width: number}} Size of a picture, in pixels
  */
 
-/** The front view; parameters in the order of the core and of links. @type {Readonly<Camera>} */
+/** The default view; parameters in the order of the core and of links. @type {Readonly<Camera>} */
 export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 });
+
+/** The default view of a scene with a front, 30 degrees to the right of it, as bobrossnet.picture.camera.FRONT. @type {Readonly<Camera>} */
+export const FRONT = Object.freeze({ ...HOME, azimuth: 300 });
 
 /** Vertical field of view when perspective is switched on, in degrees. */
 export const PERSPECTIVE = 35;
 
 export const FIELDS = /** @type {(keyof Camera)[]} */ (Object.keys(HOME));
 
-/** A camera in the core's form. @param {Partial<Camera>} camera missing parameters default to the front view */
+/** A camera in the core's form. @param {Partial<Camera>} camera missing parameters default to the default view */
 export const cameraValues = (camera) => Float32Array.from(FIELDS, (name) => camera[name] ?? HOME[name]);
 
 /** @param {number} value @param {number} low @param {number} high */

@@ -4,8 +4,9 @@
  * page. The first tracer gets it first; once that can show it, the others do.
  *
  * @typedef {import("../shapes/affine.js").Matrix} Matrix
- * @typedef {{script: string | null, warnings: string[]}} Summary
- *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each
+ * @typedef {{script: string | null, warnings: string[], hasFront: boolean}} Summary
+ *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each; hasFront:
+ *   whether -y is known to be the scene's front
  * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], turn: Matrix | null, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
  *   source: a file, or its address; beside: files opened together with it; turn: the rotation of the file's scene; port: to
@@ -18,6 +19,7 @@ import { Core } from "../core/core.js";
 import { fetched } from "../core/fetching.js";
 import { Beside } from "../files/beside.js";
 import { checkFormat, readFile } from "../files/read.js";
+import { UPRIGHT } from "../shapes/affine.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { turned } from "../tracing/description.js";
 
@@ -55,7 +57,8 @@ async function read({ name, source, beside, turn, port, module }) {
     port.postMessage(scene);
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !turn ? shape.source : null;
-    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [] }, bytes });
+    const hasFront = scene.hasFront || String(turn) === String(UPRIGHT); // +z of meshes with y up
+    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [], hasFront }, bytes });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
   }

@@ -32,7 +32,6 @@ from bobrossnet.command_line.arguments import (
     scene_of,
     with_lists_joined,
 )
-from bobrossnet.picture.camera import as_camera
 from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
@@ -212,11 +211,10 @@ def _view(options: argparse.Namespace) -> None:
     from bobrossnet.page.server import Server
 
     limit_memory()
-    attributes(options.fov, background(options.background), light=options.light)  # checked before the files are read
+    look = attributes(options.fov, background(options.background), options.light)  # checked before the files are read
     files = options.files
     name = title_of(files[0]) if len(files) == 1 else "scene"
     scene = scene_of(options) if files else None
-    look = attributes(options.fov, background(options.background), as_camera(None, scene), options.light)
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")

@@ -13,10 +13,8 @@ from bobrossnet.tracing.light import HEADLIGHT, STUDIO, LightLike
 from bobrossnet.tracing.scene import Scene
 
 
-def attributes(
-    fov: float, background: Background, camera: Camera | None = None, light: LightLike = None
-) -> dict[str, str]:
-    """Return the attributes of a field of view, a background, a first orbit and a light, without the defaults.
+def attributes(fov: float, background: Background, light: LightLike = None) -> dict[str, str]:
+    """Return the attributes of a field of view, a background and a light, without the defaults.
 
     Raises
     ------
@@ -30,13 +28,7 @@ def attributes(
         **({"field-of-view": f"{lens:g}deg"} if lens else {}),
         **({"background": behind} if behind != black else {}),
         **({"light": STUDIO} if light == STUDIO else {}),
-        **({} if camera is None or camera == Camera() else {"camera-orbit": camera_orbit(camera)}),
     }
-
-
-def camera_orbit(camera: Camera) -> str:
-    """Return an orbit as the page has it: its angles are 0 at the front, and straight above."""
-    return f"{(camera.azimuth + 90) % 360:.6g}deg {90 - camera.elevation:.6g}deg {100 / camera.zoom:.6g}%"
 
 
 def light_in_page(scene: Scene) -> str | None:
