@@ -163,10 +163,10 @@ void Scene::read() {
     note(data_.root()["extensions"]);
     for (const Drawn& drawn : drawn_) draw(drawn);
     placing_.finish();
-    if (data_.list("scenes").size() > 1) not_shown_.insert("other scenes");
-    if (data_.root()["animations"].size()) not_shown_.insert("animations");
+    if (data_.list("scenes").size() > 1) not_shown_.add("other scenes");
+    if (data_.root()["animations"].size()) not_shown_.add("animations");
     std::string names;
-    for (const std::string& name : not_shown_) names += (names.empty() ? "not shown: " : ", ") + name;
+    for (const std::string& name : not_shown_.names()) names += (names.empty() ? "not shown: " : ", ") + name;
     if (!names.empty()) contents_.warnings.push_back(names);
 }
 
@@ -283,7 +283,7 @@ void Scene::find_drawn() {
         for (const JsonValue primitive : mesh["primitives"].items()) {
             const auto mode = integer("mode", primitive["mode"], points, triangle_fan, triangles);
             if (mode < triangles) {
-                not_shown_.insert(mode == points ? "points" : "lines");
+                not_shown_.add(mode == points ? "points" : "lines");
                 continue;
             }
             if (is_new) note(primitive["extensions"]);
@@ -303,7 +303,7 @@ void Scene::find_drawn() {
 
 void Scene::note(JsonValue extensions) {
     for (const auto& [name, value] : extensions.members()) {
-        if (!is_shown(name)) not_shown_.emplace(name);
+        if (!is_shown(name)) not_shown_.add(name);
     }
 }
 

@@ -62,6 +62,8 @@ UvSet uv_set(JsonValue info) {
 
 }  // namespace
 
+void NotShown::add(std::string_view name) { names_.emplace(name); }
+
 int GltfSurfaces::number(JsonValue material, const std::function<bool(int)>& has) {
     const JsonValue found = data_.item("materials", material);
     if (!found) return -1;
@@ -106,8 +108,8 @@ void GltfSurfaces::shade(JsonValue material, Surface& surface, std::vector<UvSet
         shading.metallic = 0;
         shading.roughness = 1 - clamped(glossy["glossinessFactor"], 1);
         surface.color = layer(glossy["diffuseTexture"], sets, has);
-        not_shown_.insert("specular colours");
-        if (glossy["specularGlossinessTexture"].is_object()) not_shown_.insert("maps of glossiness");
+        not_shown_.add("specular colours");
+        if (glossy["specularGlossinessTexture"].is_object()) not_shown_.add("maps of glossiness");
     } else {
         set(shading.color, physical["baseColorFactor"], 1);
         shading.metallic = clamped(physical["metallicFactor"], 1);
@@ -121,30 +123,31 @@ void GltfSurfaces::shade(JsonValue material, Surface& surface, std::vector<UvSet
     set(shading.emissive, material["emissiveFactor"], 0);
     for (double& channel : shading.emissive) {
         channel *= intensity;
-        if (channel > 1) not_shown_.insert(std::string(strength) + " beyond white");
+        if (channel > 1) not_shown_.add("KHR_materials_emissive_strength beyond white");
         channel = std::min(channel, 1.0);
     }
     if (shading.emits() && material["emissiveTexture"].is_object()) {  // whose light is not known without it
-        not_shown_.insert("emission maps");
+        not_shown_.add("emission maps");
         std::ranges::fill(shading.emissive, 0.0);
     }
-    if (material["normalTexture"].is_object()) not_shown_.insert("normal maps");
-    if (material["occlusionTexture"].is_object()) not_shown_.insert("occlusion maps");
+    if (material["normalTexture"].is_object()) not_shown_.add("normal maps");
+    if (material["occlusionTexture"].is_object()) not_shown_.add("occlusion maps");
     set_clearcoat(extensions[clearcoat], shading);
     const bool is_glass = set_glass(extensions, surface);
     for (const auto& [name, value] : extensions.members()) {
         const bool is_of_glass = name == transmission || (is_glass && (name == ior || name == volume));
-        if (name != spec_gloss && name != strength && name != clearcoat && !is_of_glass) not_shown_.insert(std::string(name));
+        if (name != spec_gloss && name != strength && name != clearcoat && !is_of_glass) not_shown_.add(name);
     }
 }
 
 void GltfSurfaces::set_clearcoat(JsonValue coat, Material& shading) {
     shading.clearcoat = clamped(coat["clearcoatFactor"], 0);
     shading.clearcoat_roughness = clamped(coat["clearcoatRoughnessFactor"], 0);
-    for (const auto& [map, name] : {std::pair{"clearcoatTexture", "clearcoat maps"}, {"clearcoatRoughnessTexture", "clearcoat maps"}, {"clearcoatNormalTexture", "normal maps"}}) {
-        if (shading.clearcoat > 0 && coat[map].is_object()) not_shown_.insert(name);
-    }
-    if (coat["clearcoatTexture"].is_object()) shading.clearcoat = 0;  // whose places are unknown
+    if (!(shading.clearcoat > 0)) return;
+    const bool has_map = coat["clearcoatTexture"].is_object();
+    if (has_map || coat["clearcoatRoughnessTexture"].is_object()) not_shown_.add("clearcoat maps");
+    if (coat["clearcoatNormalTexture"].is_object()) not_shown_.add("normal maps");
+    if (has_map) shading.clearcoat = 0;  // whose places are unknown
 }
 
 /// Whether a material is glass, whose values it sets: the boundary of a volume, or a sheet.
@@ -154,7 +157,7 @@ bool GltfSurfaces::set_glass(JsonValue extensions, Surface& surface) {
     shading.transmission = clamped(glass["transmissionFactor"], 0);
     if (surface.metallic_roughness.image < 0) shading.transmission *= 1 - shading.metallic;  // maps lower the factor of metal
     if (shading.transmission > 0 && glass["transmissionTexture"].is_object()) {  // whose glass has an unknown place
-        not_shown_.insert("transmission maps");
+        not_shown_.add("transmission maps");
         shading.transmission = 0;
     }
     if (!(shading.transmission > 0)) return false;

@@ -14,7 +14,14 @@
 namespace bob::files {
 
 /// Features of a file that are not shown, by the names that warnings give them.
-using NotShown = std::set<std::string>;
+class NotShown {
+public:
+    void add(std::string_view name);
+    [[nodiscard]] const std::set<std::string, std::less<>>& names() const { return names_; }
+
+private:
+    std::set<std::string, std::less<>> names_;
+};
 
 /// One set of texture coordinates: an attribute of the vertices, moved.
 struct UvSet {
