@@ -385,6 +385,7 @@ def test_textures_of_extensions(extension: str, tmp_path: Path) -> None:
         assert np.abs(texture.astype(int) - 200).max() <= 2
 
 
+@pytest.mark.measures
 @pytest.mark.parametrize("size", [50_000, 100_000])
 def test_many_nodes_take_little_time(size: int, tmp_path: Path) -> None:
     made = Gltf()
