@@ -228,13 +228,15 @@ void trace_picture(bob::PictureTracing& tracing, std::size_t count, const Planes
 }  // namespace
 
 void bind_scene(nb::module_& m) {
+    m.attr("MAX_IOR") = bob::max_ior;
     nb::class_<bob::Material>(m, "Material", "`color` is linear RGB.")
         .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
                             double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive,
-                            double clearcoat, double clearcoat_roughness, double transmission, double ior, const std::array<double, 3>& attenuation, double attenuation_distance, bool is_thin) {
+                            double clearcoat, double clearcoat_roughness, double transmission, double ior,
+                            const std::array<double, 3>& attenuation, double attenuation_distance, bool is_thin) {
             new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess, metallic, roughness,
-                                     {emissive[0], emissive[1], emissive[2]}, clearcoat, clearcoat_roughness, transmission, ior, {attenuation[0], attenuation[1], attenuation[2]},
-                                     attenuation_distance, is_thin};
+                                     {emissive[0], emissive[1], emissive[2]}, clearcoat, clearcoat_roughness, transmission, ior,
+                                     {attenuation[0], attenuation[1], attenuation[2]}, attenuation_distance, is_thin};
         }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a, "metallic"_a, "roughness"_a, "emissive"_a,
              "clearcoat"_a = 0.0, "clearcoat_roughness"_a = 0.0, "transmission"_a = 0.0, "ior"_a = 1.5, "attenuation"_a = std::array{1.0, 1.0, 1.0},
              "attenuation_distance"_a = std::numeric_limits<double>::infinity(), "is_thin"_a = false)

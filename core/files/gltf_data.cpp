@@ -126,25 +126,6 @@ std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
     return result;
 }
 
-namespace {
-
-/// The bytes of a text with "%20" decoded to a space.
-std::string unescaped(std::string_view text) {
-    const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; };
-    std::string result;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 && digit(text[i + 2]) >= 0) {
-            result += static_cast<char>(16 * digit(text[i + 1]) + digit(text[i + 2]));
-            i += 2;
-        } else {
-            result += text[i];
-        }
-    }
-    return result;
-}
-
-}  // namespace
-
 std::string path_of_uri(std::string_view uri) { return utf8(unescaped(uri)); }
 
 std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri) {

@@ -10,10 +10,10 @@ namespace bob::files {
 namespace {
 
 constexpr double max_number = 1e9;  // of the transforms of textures
-constexpr double max_ior = 100;
 
 constexpr std::string_view spec_gloss = "KHR_materials_pbrSpecularGlossiness", strength = "KHR_materials_emissive_strength";
-constexpr std::string_view clearcoat = "KHR_materials_clearcoat", transmission = "KHR_materials_transmission", ior = "KHR_materials_ior", volume = "KHR_materials_volume";
+constexpr std::string_view clearcoat = "KHR_materials_clearcoat", transmission = "KHR_materials_transmission";
+constexpr std::string_view ior = "KHR_materials_ior", volume = "KHR_materials_volume";
 
 /// A number clamped to low..high; `otherwise` if the value is no number.
 double clamped(JsonValue value, double otherwise, double low = 0, double high = 1) {

@@ -104,29 +104,26 @@ struct Extended {
     std::uint16_t base;
     std::uint8_t bits;
 };
-constexpr std::size_t lengths_count = 29, distances_count = 30;
+
+/// Each range begins where the last one ends; the further bits increase by one with every `step` ranges.
+template <std::size_t count>
+constexpr std::array<Extended, count> ranges(std::size_t first, std::size_t step) {
+    std::array<Extended, count> result{};
+    std::size_t base = first;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t bits = i < 2 * step ? 0 : i / step - 1;
+        result[i] = {static_cast<std::uint16_t>(base), static_cast<std::uint8_t>(bits)};
+        base += std::size_t{1} << bits;
+    }
+    return result;
+}
 
 constexpr auto lengths_of_copies = [] {
-    std::array<Extended, lengths_count> result{};
-    std::uint16_t base = 3;
-    for (std::size_t i = 0; i < lengths_count; ++i) {
-        const auto bits = static_cast<std::uint8_t>(i < 8 ? 0 : i / 4 - 1);
-        result[i] = {base, bits};
-        base = static_cast<std::uint16_t>(base + (1 << bits));
-    }
+    auto result = ranges<29>(3, 4);
     result.back() = {258, 0};
     return result;
 }();
-constexpr auto distances_of_copies = [] {
-    std::array<Extended, distances_count> result{};
-    std::uint16_t base = 1;
-    for (std::size_t i = 0; i < distances_count; ++i) {
-        const auto bits = static_cast<std::uint8_t>(i < 4 ? 0 : i / 2 - 1);
-        result[i] = {base, bits};
-        base = static_cast<std::uint16_t>(base + (1 << bits));
-    }
-    return result;
-}();
+constexpr auto distances_of_copies = ranges<30>(1, 2);
 
 class Inflation {
 public:
@@ -206,11 +203,11 @@ private:
                 continue;
             }
             if (symbol == 256) break;
-            if (symbol - 257 >= lengths_count) refuse_data();
+            if (symbol - 257 >= lengths_of_copies.size()) refuse_data();
             const Extended& of_length = lengths_of_copies[symbol - 257];
             const std::size_t length = of_length.base + bits_.take(of_length.bits);
             const std::uint32_t second = distances_.symbol(bits_);
-            if (second >= distances_count) refuse_data();
+            if (second >= distances_of_copies.size()) refuse_data();
             const Extended& of_distance = distances_of_copies[second];
             const std::size_t distance = of_distance.base + bits_.take(of_distance.bits);
             if (distance > end || length > size - end) refuse_data();

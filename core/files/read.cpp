@@ -184,8 +184,9 @@ Numbers<double> numbers(const Contents& contents) {
         result.insert(result.end(), std::begin(m.color), std::end(m.color));
         result.insert(result.end(), {m.ambient, m.diffuse, m.specular, m.shininess, m.metallic, m.roughness});
         result.insert(result.end(), std::begin(m.emissive), std::end(m.emissive));
-        result.insert(result.end(), {m.clearcoat, m.clearcoat_roughness, m.transmission, m.ior, m.attenuation[0], m.attenuation[1], m.attenuation[2], m.attenuation_distance});
-        result.insert(result.end(), {m.is_thin ? 1. : 0., surface.alpha_cutoff});
+        result.insert(result.end(), {m.clearcoat, m.clearcoat_roughness, m.transmission, m.ior});
+        result.insert(result.end(), std::begin(m.attenuation), std::end(m.attenuation));
+        result.insert(result.end(), {m.attenuation_distance, m.is_thin ? 1. : 0., surface.alpha_cutoff});
     }
     for (const OtherShape& shape : contents.shapes) result.insert(result.end(), shape.color.begin(), shape.color.end());
     for (const Placement& placement : contents.placements) result.insert(result.end(), placement.place.begin(), placement.place.end());

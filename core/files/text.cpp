@@ -42,6 +42,20 @@ std::string lower(std::string_view text) {
     return result;
 }
 
+std::string unescaped(std::string_view text) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : lower(c) >= 'a' && lower(c) <= 'f' ? lower(c) - 'a' + 10 : -1; };
+    std::string result;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 && digit(text[i + 2]) >= 0) {
+            result += static_cast<char>(16 * digit(text[i + 1]) + digit(text[i + 2]));
+            i += 2;
+        } else {
+            result += text[i];
+        }
+    }
+    return result;
+}
+
 bool is_word(std::string_view text, std::string_view word) {
     return std::ranges::equal(text, word, [](char a, char b) { return lower(a) == b; });
 }

@@ -22,6 +22,9 @@ namespace bob::files {
 /// ASCII in lower case.
 [[nodiscard]] std::string lower(std::string_view text);
 
+/// The bytes of a text with "%20" decoded to a space.
+[[nodiscard]] std::string unescaped(std::string_view text);
+
 /// Whether a text is `word`, which is in lower case, in any case.
 [[nodiscard]] bool is_word(std::string_view text, std::string_view word);
 

@@ -11,6 +11,8 @@
 
 namespace bob {
 
+constexpr double max_ior = 100;  // of glass
+
 /// In double precision, as given; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
 struct Material {
     double color[3] = {1, 1, 1};  // linear RGB, 0..1, multiplied by the shape's own colours

@@ -214,6 +214,8 @@ class Tube(Shape):
     @property
     def pieces(self) -> int: ...
 
+MAX_IOR: float = 100.0
+
 class Material:
     def __init__(
         self,

@@ -25,7 +25,7 @@ const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6", "7"
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
 
-/** As bobrossnet.tracing.glass.MAX_IOR. */
+/** As bob::max_ior in core/tracing/material.h. */
 const MAX_IOR = 100;
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
@@ -318,9 +318,10 @@ function readInstance(core, place, item, shapes) {
 
 /** @param {string} of @param {any} material @returns {import("../tracing/description.js").Material} */
 function checkMaterial(of, material) {
-  if (material && typeof material === "object" && "transmission" in material) return checkGlass(of, material);
-  const physical = material && typeof material === "object" && "roughness" in material ? ["metallic", "roughness", "emissive"] : [];
-  const coat = physical.length && "clearcoat" in material ? ["clearcoat", "clearcoat_roughness"] : [];
+  const has = (/** @type {string} */ field) => material && typeof material === "object" && field in material;
+  if (has("transmission")) return checkGlass(of, material);
+  const physical = has("roughness") ? ["metallic", "roughness", "emissive"] : [];
+  const coat = physical.length && has("clearcoat") ? ["clearcoat", "clearcoat_roughness"] : [];
   checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess", ...physical, ...coat);
   const { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0] } = material;
   checkLinear(of, { color, emissive });

@@ -17,7 +17,7 @@
  *   hasFront: whether -y is known to be the front
  */
 
-import { IDENTITY, product } from "../shapes/affine.js";
+import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
 
 /** As bobrossnet.Material(). @type {Material} */
 export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
@@ -55,7 +55,7 @@ export function together(scenes) {
 }
 
 /**
- * The same scene, rotated; by UPRIGHT it is bobrossnet.Scene.turned_upright.
+ * The same scene, rotated; by UPRIGHT it is bobrossnet.Scene.turned_upright, with +z of the file as its front.
  *
  * @param {SceneDescription} scene @param {import("../shapes/affine.js").Matrix} turn
  * @returns {SceneDescription}
@@ -64,7 +64,7 @@ export function turned(scene, turn) {
   const instances = scene.instances.map((instance) => ({
     ...instance, transform: product(turn, instance.transform ?? IDENTITY),
   }));
-  return { ...scene, instances };
+  return { ...scene, instances, hasFront: scene.hasFront || String(turn) === String(UPRIGHT) };
 }
 
 /**

@@ -19,7 +19,6 @@ import { Core } from "../core/core.js";
 import { fetched } from "../core/fetching.js";
 import { Beside } from "../files/beside.js";
 import { checkFormat, readFile } from "../files/read.js";
-import { UPRIGHT } from "../shapes/affine.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { turned } from "../tracing/description.js";
 
@@ -57,8 +56,7 @@ async function read({ name, source, beside, turn, port, module }) {
     port.postMessage(scene);
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !turn ? shape.source : null;
-    const hasFront = scene.hasFront || String(turn) === String(UPRIGHT); // +z of meshes with y up
-    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [], hasFront }, bytes });
+    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [], hasFront: scene.hasFront ?? false }, bytes });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
   }

@@ -28,31 +28,16 @@ std::string plain(std::string_view path) {
     return result;
 }
 
-/// The same with percent-encoded bytes decoded.
-std::string decoded(std::string_view path) {
-    const auto digit = [&](std::size_t at) {
-        const char c = at < path.size() ? path[at] : ' ', small = static_cast<char>(c | 32);
-        return c >= '0' && c <= '9' ? c - '0' : small >= 'a' && small <= 'f' ? small - 'a' + 10 : -1;
-    };
-    std::string result;
-    for (std::size_t at = 0; at < path.size(); ++at) {
-        const bool is_encoded = path[at] == '%' && digit(at + 1) >= 0 && digit(at + 2) >= 0;
-        result += is_encoded ? static_cast<char>(16 * digit(at + 1) + digit(at + 2)) : path[at];
-        if (is_encoded) at += 2;
-    }
-    return plain(result);
-}
-
 }  // namespace
 
 Package::Package(Bytes bytes) : zip_(bytes) {
     const std::vector<ZipEntry>& entries = zip_.entries();
-    for (std::size_t i = 0; i < entries.size(); ++i) parts_.insert_or_assign(decoded(entries[i].name), i);
+    for (std::size_t i = 0; i < entries.size(); ++i) parts_.insert_or_assign(plain(unescaped(entries[i].name)), i);
     for (std::size_t i = 0; i < entries.size(); ++i) parts_.insert_or_assign(plain(entries[i].name), i);
 }
 
 std::optional<std::size_t> Package::part(std::string_view path) const {
-    for (const std::string& name : {plain(path), decoded(path)}) {
+    for (const std::string& name : {plain(path), plain(unescaped(path))}) {
         if (const auto found = parts_.find(name); found != parts_.end()) return found->second;
     }
     return std::nullopt;

@@ -290,11 +290,12 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
     material = fields["material"]
+    given: set[str] = set(material) if isinstance(material, dict) else set()
     names: Iterable[str] = MATERIAL
-    if isinstance(material, dict) and "transmission" in material:
+    if "transmission" in given:
         names = GLASS
-    elif isinstance(material, dict) and not (PHYSICAL | CLEARCOAT).isdisjoint(material):
-        names = [name for name in Material.__dataclass_fields__ if name not in CLEARCOAT or "clearcoat" in material]
+    elif given & (PHYSICAL | CLEARCOAT):
+        names = [name for name in Material.__dataclass_fields__ if name not in CLEARCOAT or "clearcoat" in given]
     material = _fields(f"{place}.material", material, *names)
     if any(isinstance(x, bool) for row in transform if isinstance(row, list) for x in row):
         raise InputTypeError(f"{place}.transform: expected numbers, got true or false")

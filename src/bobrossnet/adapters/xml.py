@@ -1,7 +1,7 @@
 """Streaming XML parser, with limits that only malicious files reach.
 
-The parser alone would take minutes for some files of 64 MB, a few KB as zip files: tags of four characters, endlessly
-nested elements, or a single huge tag, which it rescans with every chunk.
+The parser alone would take minutes for some files of 64 MB: tags of four characters, endlessly nested elements, or a
+single huge tag, which it rescans with every chunk.
 """
 
 from __future__ import annotations

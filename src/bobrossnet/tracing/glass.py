@@ -10,8 +10,6 @@ from bobrossnet.color import Color, linear
 from bobrossnet.support.errors import check_flag, check_number
 from bobrossnet.tracing.material import Material
 
-MAX_IOR = 100.0
-
 
 @dataclass(frozen=True, init=False)
 class Glass(Material):
@@ -73,7 +71,7 @@ class Glass(Material):
         super().__init__(color, metallic=0, roughness=roughness, emissive=emissive)
         for name, value in (
             ("transmission", check_number("transmission", transmission, 0, 1)),
-            ("ior", check_number("ior", ior, 1, MAX_IOR)),
+            ("ior", check_number("ior", ior, 1, _core.MAX_IOR)),
             ("attenuation", linear("attenuation", attenuation)),
             (
                 "distance",
