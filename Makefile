@@ -107,7 +107,7 @@ npm: $(VENV)/installed $(TSC)
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+PIP := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --constraint constraints.txt
 
 # The tools stay in the environment: pip's own environment for a build has another path each time, for which all would be
 # compiled again. These are the build's requirements in pyproject.toml, with CMake and ninja, and those of WebAssembly.

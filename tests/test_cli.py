@@ -517,20 +517,11 @@ def seconds(*arguments):
     return after.children_user + after.children_system - before.children_user - before.children_system
 
 
-def test_help_and_import_are_quick():
-    """On slow machines at most three times numpy's import."""
-    runs = [
-        [
-            seconds("-c", "import numpy"),
-            seconds("-m", "bobrossnet", "--help"),
-            seconds("-c", "import bobrossnet"),
-        ]
-        for _ in range(3)
-    ]
-    numpy, help, package = (min(times) for times in zip(*runs, strict=True))
-    limit = max(0.3, 3 * numpy)
-    assert help < limit
-    assert package < limit
+@pytest.mark.parametrize("command", [("-m", "bobrossnet", "--help"), ("-c", "import bobrossnet")])
+def test_help_and_import_are_quick(command):
+    """At most three times numpy's import, where the machine is equally busy during both."""
+    pairs = ((seconds(*command), seconds("-c", "import numpy")) for _ in range(5))
+    assert any(ours < max(0.3, 3 * numpy) for ours, numpy in pairs)
 
 
 def test_run_time_needs_no_torch():

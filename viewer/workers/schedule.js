@@ -84,7 +84,8 @@ export class Schedule {
   #step = 0; // milliseconds of the last step at rest; 0 while the camera moves
   #spent = 0; // milliseconds for refining
   #completing = 0; // milliseconds to complete the last picture under lights
-  #restingRays = 0; // per second, when all pixels of the scene were traced last
+  /** Rays of the rows of the scene's last picture at rest: those of one batch can be few. */
+  #rows = { rays: 0, milliseconds: 0 };
 
   #tracing = false;
   /** Numbers of batches traced but not completed. @type {number[]} */
@@ -113,7 +114,7 @@ export class Schedule {
     if (isOther) this.#tracing = false, this.#before = newest.view;
     this.#pool = pool;
     this.#isKnown = false;
-    this.#restingRays = 0;
+    this.#rows = { rays: 0, milliseconds: 0 };
     this.#waiting = [];
     this.#previous = newest.batch;
     this.change({});
@@ -164,7 +165,10 @@ export class Schedule {
       if (batch.id > this.#shown) this.#waiting.push(batch.id);
       this.#left = left;
       this.raysPerSecond = 1000 * rays / milliseconds;
-      if (batch.phase === "rows") this.#restingRays = this.raysPerSecond;
+      if (batch.phase === "rows") {
+        this.#rows.rays += rays;
+        this.#rows.milliseconds += milliseconds;
+      }
     } else if (this.#step > 0) {
       this.isLit ? this.#begin(this.#litScale, "light") : this.#begin(1, "rows"); // its tracer may have ended, with its pixels
     }
@@ -241,7 +245,7 @@ export class Schedule {
       if (this.#scale !== this.#litScale) this.#begin(this.#litScale, "light");
       return this.#step = Math.min(Math.max(2 * this.#step, LIT_STEPS.share * this.#completing, first), this.isShared ? longest : LIT_STEPS.longest);
     }
-    const all = 1000 * height * width / (this.#restingRays || this.raysPerSecond);
+    const { rays, milliseconds } = this.#rows, rayMs = rays > 0 ? milliseconds / rays : 1000 / this.raysPerSecond, all = rayMs * height * width;
     const refining = all > LONG_MS ? SHARE_REFINED * all - this.#spent : 0;
     if (this.#phase === "some" && refining > this.budget && this.#left > 0) {
       const scale = Math.max(1, Math.sqrt(height * width / MOST_REFINED));
@@ -254,6 +258,7 @@ export class Schedule {
     } else if (this.#phase === "some") {
       if (this.#scale !== 1) this.#begin(1, "rows");
       this.#phase = "rows";
+      this.#rows = { rays: 0, milliseconds: 0 };
       this.#step = 0;
     }
     this.#step = Math.min(Math.max(2 * this.#step, first), longest);
