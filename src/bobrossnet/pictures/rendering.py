@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from math import isqrt
 
@@ -21,7 +22,7 @@ from bobrossnet.pictures.background import Background, background_rows, picture_
 from bobrossnet.pictures.drawing import Drawing, EdgesLike, check_edges, drawing_of
 from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.support.errors import InputError, check_integer
+from bobrossnet.support.errors import InputError, InputWarning, check_integer
 from bobrossnet.support.paths import is_path
 from bobrossnet.tracing.light import HEADLIGHT, LightLike
 from bobrossnet.tracing.lit import LitTracer, lit_tracer
@@ -104,6 +105,11 @@ def render(
     ------
     InputError
         If an argument is out of range.
+
+    Warns
+    -----
+    InputWarning
+        If sections leave nothing in the picture.
 
     Examples
     --------
@@ -197,6 +203,8 @@ def finished(
     """Make the picture of a traced G-buffer, with a drawing over it; other arguments as in `render`."""
     model = GUIDED if "shadow" in gbuffer.layout.places else model
     color, alpha = (complete(gbuffer, model, channel=channel) for channel in ("color", "alpha"))
+    if scene.section and not alpha.any():
+        _warn_of_nothing(scene)
     lines = None if drawing is None else drawing.coverage()
     if samples >= 4 and gbuffer.guides is not None:
         color, alpha = smoothed(gbuffer, color, alpha)
@@ -204,6 +212,17 @@ def finished(
         _smooth_edges(scene, camera, color, alpha, isqrt(samples), lines)
     picture = picture_of(color, alpha, background)
     return picture if drawing is None else drawing.over(picture, lines)
+
+
+def _warn_of_nothing(scene: Scene) -> None:
+    """Warn of a picture without a surface, which sections have removed."""
+    rounded = np.round(np.array(scene.extent) / scene.radius, 5) * scene.radius + 0.0
+    low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in rounded)
+    cut = ", ".join(map(str, scene.section))
+    text = (
+        f"section: expected some of the scene in the picture, got nothing by {cut}; it reaches from ({low}) to ({high})"
+    )
+    warnings.warn(text, InputWarning, stacklevel=2)
 
 
 def _smooth_edges(

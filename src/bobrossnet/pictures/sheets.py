@@ -119,7 +119,7 @@ class Sheet:
 
     def _cutting_line(self, notes: Annotations, view: SheetView, section: Section) -> None:
         """Draw where a section along an axis of the view cuts."""
-        axis, offset = _axis(section)
+        axis, offset = section.axis()
         if axis is None or view.axes is None or "xyz"[axis] not in view.axes:
             return
         (other,) = ("xyz".index(name) for name in view.axes if name != "xyz"[axis])
@@ -131,7 +131,7 @@ class Sheet:
         places = view.places(ends).tolist()
         # The upper or right end comes last: there is free space for the name.
         start, end = sorted(places, key=lambda place: (place[0] - place[1], place))
-        notes.cutting_line((start[0], start[1]), (end[0], end[1]), _text(section))
+        notes.cutting_line((start[0], start[1]), (end[0], end[1]), str(section))
 
 
 def sheet(
@@ -226,27 +226,12 @@ def laid_out(
 
 def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, str | None]:
     """Return the label, scene, camera and axes of the view that looks at a cut."""
-    cut, label = scene.sectioned((*scene.section, section)), f"section {_text(section)}"
+    cut, label = scene.sectioned((*scene.section, section)), f"section {section}"
     for name, toward in TOWARD.items():
         if np.allclose(section.normal, toward, atol=1e-9):
             return label, cut, Camera.named(name), SIDES[name]
     x, y, z = section.normal
     return label, cut, Camera(degrees(atan2(y, x)), degrees(asin(max(-1.0, min(1.0, z))))), None
-
-
-def _axis(section: Section) -> tuple[int | None, float]:
-    """Return the axis along a section's normal, None if it is oblique, and the coordinate of its plane."""
-    axis = int(np.argmax(np.abs(section.normal)))
-    if not np.allclose(np.delete(section.normal, axis), 0, atol=1e-9):
-        return None, 0.0
-    return axis, section.offset * float(np.sign(section.normal[axis])) + 0.0
-
-
-def _text(section: Section) -> str:
-    axis, offset = _axis(section)
-    if axis is None:
-        return f"({', '.join(f'{x:.3g}' for x in section.normal)}) {section.offset:.4g}"
-    return f"{'xyz'[axis]}{'=' if section.normal[axis] > 0 else '>'}{offset:.4g}"
 
 
 def _cells(views: int, sections: int, height: int, width: int) -> list[tuple[int, int, Size]]:

@@ -83,6 +83,20 @@ class Section:
         normal = matrix[:3, :3] @ self.normal
         return Section(normal, self.offset + float(normal @ matrix[:3, 3]))
 
+    def __str__(self) -> str:
+        """Its text with four digits, such as "x=0"; the normal and the offset if it is oblique."""
+        axis, offset = self.axis()
+        if axis is None:
+            return f"({', '.join(f'{x:.3g}' for x in self.normal)}) {self.offset:.4g}"
+        return f"{'xyz'[axis]}{'=' if self.normal[axis] > 0 else '>'}{offset:.4g}"
+
+    def axis(self) -> tuple[int | None, float]:
+        """Return the axis along the normal, None if it is oblique, and the coordinate of the plane."""
+        axis = int(np.argmax(np.abs(self.normal)))
+        if not np.allclose(np.delete(self.normal, axis), 0, atol=1e-9):
+            return None, self.offset
+        return axis, self.offset * float(np.sign(self.normal[axis])) + 0.0
+
     def plane(self, center: Point, radius: float) -> list[float]:
         """The plane in the unit sphere of a scene, as the core has it: the normal and the offset."""
         return [*self.normal, (self.offset - float(np.dot(self.normal, center))) / radius]
