@@ -7,8 +7,9 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import urllib.request
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 
 import numpy as np
@@ -208,17 +209,24 @@ def jupyter_lab(folder):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
     environment |= {"HOME": str(folder), "JUPYTERLAB_SETTINGS_DIR": str(folder / ".settings")}
     options = ["--no-browser", "--port=0", "--allow-root", "--ServerApp.root_dir=.", "--IdentityProvider.token=none"]
-    process = subprocess.Popen([program, *options], cwd=folder, env=environment, stderr=subprocess.PIPE, text=True)
+    log = folder / "jupyter.log"
+    with log.open("w") as told:
+        process = subprocess.Popen([program, *options], cwd=folder, env=environment, stderr=told)
     try:
-        for line in process.stderr:
-            if found := re.search(r"http://127\.0\.0\.1:\d+/", line):
-                break
-        else:
-            raise AssertionError("JupyterLab ended")
-        yield found[0]
+        yield address_of_jupyter(process, log)
     finally:
         process.terminate()
-        process.communicate(timeout=30)
+        process.wait(timeout=30)
+
+
+def address_of_jupyter(process, log):
+    """Wait until JupyterLab answers; it tells its address before."""
+    while process.poll() is None:
+        if found := re.search(r"http://127\.0\.0\.1:\d+/", log.read_text("utf-8")):
+            with suppress(OSError), urllib.request.urlopen(f"{found[0]}api", timeout=30):
+                return found[0]
+        time.sleep(0.1)
+    raise AssertionError(f"JupyterLab ended: {log.read_text('utf-8')}")
 
 
 def have_state_saved(folder):
