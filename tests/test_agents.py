@@ -152,6 +152,32 @@ def test_picking_and_measuring(calls):
     assert background.endswith("second: expected a pixel with a surface, got background")
 
 
+def test_points_snap_to_corners_and_edges(calls):
+    look = ("look", {"file": "plate.stl", "views": ["top"], "size": "320x240", "edges": False})
+    (seen,) = calls(look)
+    rows, columns = np.nonzero((seen != 255).any(axis=-1))
+    corner = [int(rows.min()) + 4, int(columns.min()) + 4]
+    hole = [120, int(np.flatnonzero((seen[120] == 255).all(axis=-1) & (np.arange(320) > 160))[0])]  # its left end
+    other = [int(rows.max()) - 4, int(columns.max()) - 4]
+    snapping = {"snap": 10}
+    _, free, snapped, edge, across, wrong = calls(
+        look,
+        ("pick", {"row": corner[0], "column": corner[1]}),
+        ("pick", {"row": corner[0], "column": corner[1], **snapping}),
+        ("pick", {"row": hole[0], "column": hole[1], **snapping}),
+        ("measure", {"first": corner, "second": other, **snapping}),
+        ("pick", {"row": 0, "column": 0, "snap": -1}),
+    )
+    assert "snapped" not in free["hit"]
+    assert snapped["hit"]["snapped"] == "corner"
+    np.testing.assert_allclose(snapped["hit"]["point"], (-3, 2, 0.5), atol=1e-5)
+    assert edge["hit"]["snapped"] == "edge"
+    assert np.hypot(edge["hit"]["point"][0] - 1.5, edge["hit"]["point"][1]) == pytest.approx(0.8, abs=2e-3)
+    assert across["distance"] == pytest.approx(np.hypot(6, 4), abs=1e-5)
+    assert across["second"]["snapped"] == "corner"
+    assert wrong.endswith("snap: expected a number in [0, 320], got -1")
+
+
 def test_a_picked_point_is_where_the_picture_shows_it(calls):
     """At a corner seen in perspective of no axis: the points of three pixels lie on the planes of the block."""
     _, *picked = calls(

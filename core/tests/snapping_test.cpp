@@ -48,6 +48,27 @@ TEST(the_nearest_point_within_reach_is_snapped_to) {
     CHECK(!at(hidden, 0));
 }
 
+TEST(of_points_behind_each_other_the_nearest_to_the_camera_is_snapped_to) {
+    const Scene scene = cube();
+    const double a = 1 / std::sqrt(3.);
+    for (const Camera& camera : {Camera{0, 90}, Camera{0, -90}, Camera{0, 0}, Camera{90, 0}, Camera{180, 0}, Camera{-90, 0}}) {
+        const Projection projection(camera, size, size);
+        const auto seen = [&](const Vec3d& p) {
+            return projection.seen({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+        };
+        for (int i = 0; i < 8; ++i) {
+            const Vec3d corner{i & 4 ? a : -a, i & 2 ? a : -a, i & 1 ? a : -a};
+            for (const float off : {-2.f, -0.3f, 0.f, 0.3f, 2.f}) {
+                const auto place = seen(corner);
+                const auto found = snap(scene, camera, size, size, place.row + off, place.column + off, 5);
+                CHECK(found && found->kind == SnapKind::corner && seen(found->point).depth > 0.5f);
+                const auto edge = snap(scene, camera, size, size, place.row, place.column / 2 + 0.25f * size + off, 5);
+                CHECK(edge && edge->kind == SnapKind::edge && seen(edge->point).depth > 0.5f);
+            }
+        }
+    }
+}
+
 TEST(coarse_edges_are_those_of_the_whole_picture) {
     const Scene scene = cube();
     for (const auto& [height, width] : {std::pair{150, 200}, {203, 151}}) {

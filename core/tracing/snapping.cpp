@@ -19,6 +19,9 @@ constexpr std::size_t most_tries = 64;
 /// Surfaces that hide a point are this far in front of it, in pixels and in radii.
 constexpr float in_front = 1.5f, hit_error = 4e-5f;
 
+/// In pixels: points so close together are at one place, as those of edges along the line of sight.
+constexpr float same_place = 0.01f;
+
 /// Places of a circle that tell whether it is visible.
 constexpr int around = 16;
 
@@ -30,11 +33,13 @@ const std::vector<ShapeEdge>* edges_of(const Shape& shape) {
 struct Candidate {
     Snap snap;
     float distance;                      // in pixels
+    float depth;                         // as in Projection::Seen
     const EdgeCircle* circle = nullptr;  // of a centre, in the shape
 
+    [[nodiscard]] bool is_edge() const { return snap.kind == SnapKind::edge; }
+
     [[nodiscard]] bool is_before(const Candidate& other) const {
-        const bool is_edge = snap.kind == SnapKind::edge, is_other_edge = other.snap.kind == SnapKind::edge;
-        return is_edge != is_other_edge ? is_other_edge : distance < other.distance;
+        return is_edge() != other.is_edge() ? other.is_edge() : distance < other.distance;
     }
 };
 
@@ -49,10 +54,15 @@ public:
         }
         std::sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) { return a.is_before(b); });
         if (candidates_.size() > most_tries) candidates_.resize(most_tries);
-        for (Candidate& candidate : candidates_) {
-            if (is_visible(candidate)) return candidate.snap;
+        const auto first = std::ranges::find_if(candidates_, [&](Candidate& candidate) { return is_visible(candidate); });
+        if (first == candidates_.end()) return std::nullopt;
+        // Rays along a face seen edge-on miss it, so that its far end seems visible.
+        auto found = first;
+        for (auto next = first + 1; next != candidates_.end(); ++next) {
+            if (next->is_edge() != first->is_edge() || next->distance > first->distance + same_place) break;
+            if (next->depth > found->depth && is_visible(*next)) found = next;
         }
-        return std::nullopt;
+        return found->snap;
     }
 
 private:
@@ -86,11 +96,12 @@ private:
         const bool keeps_circles = largest <= (1 + 1e-6) * smallest;
         const auto add_point = [&](SnapKind kind, const Vec3d& in_shape, const ShapeEdge& edge) {
             const Vec3d point = mapped(map, in_shape);
-            const float far = distance(projection_.seen(rounded(point)));
+            const Projection::Seen seen = projection_.seen(rounded(point));
+            const float far = distance(seen);
             if (!(far <= reach_)) return;
             const bool has_radius = edge.circle && keeps_circles && (kind == SnapKind::center || kind == SnapKind::edge);
             const Snap snap{kind, point, has_radius ? std::optional(largest * edge.circle->radius) : std::nullopt, number, 0, 0};
-            candidates_.push_back({snap, far, kind == SnapKind::center ? &*edge.circle : nullptr});
+            candidates_.push_back({snap, far, seen.depth, kind == SnapKind::center ? &*edge.circle : nullptr});
         };
         for (const ShapeEdge& edge : *edges) {
             if (edge.begins_at_corner) add_point(SnapKind::corner, edge.points.front(), edge);

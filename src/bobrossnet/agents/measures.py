@@ -91,6 +91,10 @@ def told_pick(found: Pick) -> dict[str, Any]:
     elif found.face is not None:
         told[PRIMITIVES[shape.kind]] = found.face
         told["highlight"] = f"{found.part}#{found.part.number_of(found.instance, found.face)}"
+    if found.snapped is not None:
+        told["snapped"] = found.snapped
+        if found.radius is not None:
+            told["radius"] = rounded(found.radius)
     return told | {
         "point": rounded_all(found.point),
         "normal": [round(float(value), 4) + 0.0 for value in found.normal],

@@ -117,20 +117,22 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         return described(*space.scene(file, script, up))
 
     @tool
-    def pick(row: int, column: int) -> dict[str, Any]:
-        """The part, its face or triangle, the point and the normal at a pixel of the last picture of look."""
-        found = _last(space).pick(row, column)
+    def pick(row: int, column: int, snap: float = 0) -> dict[str, Any]:
+        """The part, its face or triangle, the point and the normal at a pixel of the last picture of look. With snap,
+        the point of the nearest visible corner, middle of an edge, center of a circle or edge within so many pixels."""
+        found = _last(space).pick(row, column, snap)
         return {"hit": None if found is None else told_pick(found)}
 
     @tool
-    def measure(first: list[int], second: list[int] | None = None) -> dict[str, Any]:
+    def measure(first: list[int], second: list[int] | None = None, snap: float = 0) -> dict[str, Any]:
         """Distance and offset between the points at two pixels, [row, column], of the last picture of look, the angle
-        between their normals in degrees, and the gap of parallel faces or axes. Without a second pixel: the kind of the
-        face at the first, its radius, area, and the thickness of the wall."""
-        a = _hit(space, "first", first)
+        between their normals in degrees, and the gap of parallel faces or axes. With snap, points are those of pick:
+        the centers of two holes, for instance. Without a second pixel: the kind of the face at the first, its radius,
+        area, and the thickness of the wall."""
+        a = _hit(space, "first", first, snap)
         if second is None:
             return told_face(measure_picks(a)) | {"first": told_pick(a)}
-        b = _hit(space, "second", second)
+        b = _hit(space, "second", second, snap)
         if b.scene is not a.scene:  # of another view of the sheet, with or without a section
             b = replace(b, scene=a.scene)
         between = measure_picks(a, b)
@@ -194,12 +196,13 @@ def _last(space: Workspace) -> Look:
     return space.last
 
 
-def _hit(space: Workspace, name: str, pixel: list[int]) -> Pick:
-    """The surface at a pixel, [row, column], of the last picture; `name` is the argument's."""
+def _hit(space: Workspace, name: str, pixel: list[int], snap: float) -> Pick:
+    """The surface at a pixel, [row, column], of the last picture, as `Look.pick`; `name` is the argument's."""
     look = _last(space)
     if len(pixel) != 2:
         raise InputError(f"{name}: expected [row, column], got {pixel!r}")
-    hit = look.pick(*pixel)
+    row, column = pixel
+    hit = look.pick(row, column, snap)
     if hit is None:
         raise InputError(f"{name}: expected a pixel with a surface, got background")
     return hit

@@ -49,15 +49,15 @@ class Look:
     size: Size
     views: tuple[LookedAt, ...]
 
-    def pick(self, row: int, column: int) -> Pick | None:
-        """Return the surface at a pixel; None at the background."""
+    def pick(self, row: int, column: int, snap: float = 0) -> Pick | None:
+        """Return the surface at a pixel, snapped as in `bobrossnet.pick`; None at the background."""
         height, width = self.size
         if not (0 <= row < height and 0 <= column < width):
             raise InputError(f"row, column: expected a pixel of {width}x{height}, got {row}, {column}")
         for view in self.views:
             own = row - view.top, column - view.left
             if 0 <= own[0] < view.size[0] and 0 <= own[1] < view.size[1]:
-                return pick(view.scene, *own, view.camera, size=view.size)
+                return pick(view.scene, *own, view.camera, size=view.size, snap=snap)
         return None
 
 
