@@ -519,9 +519,9 @@ def seconds(*arguments):
 
 @pytest.mark.parametrize("command", [("-m", "bobrossnet", "--help"), ("-c", "import bobrossnet")])
 def test_help_and_import_are_quick(command):
-    """At most three times numpy's import, where the machine is equally busy during both."""
-    pairs = ((seconds(*command), seconds("-c", "import numpy")) for _ in range(5))
-    assert any(ours < max(0.3, 3 * numpy) for ours, numpy in pairs)
+    """On slow machines at most three times numpy's import; each pair is equally slow."""
+    pairs = [(seconds(*command), seconds("-c", "import numpy")) for _ in range(5)]
+    assert np.median([ours / max(0.3, 3 * numpy) for ours, numpy in pairs]) < 1
 
 
 def test_run_time_needs_no_torch():

@@ -31,9 +31,9 @@ window.Worker = class extends Worker {
 """
 
 
-SLOW_RAYS = """
+SCALED_RAYS = """
 {
-  const slow = new Blob([`
+  const scaled = new Blob([`
     const { Instance } = WebAssembly;
     const now = performance.now.bind(performance);
     let times = 1, ahead = 0;
@@ -48,7 +48,7 @@ SLOW_RAYS = """
       };
       return { exports: { ...exports, trace } };
     };
-  `], { type: "text/javascript" }), address = URL.createObjectURL(slow);
+  `], { type: "text/javascript" }), address = URL.createObjectURL(scaled);
   window.Worker = class extends Worker {
     constructor(url, options) {
       const of = `import ${JSON.stringify(address)}; import ${JSON.stringify(url)};`;
@@ -57,9 +57,9 @@ SLOW_RAYS = """
     }
   };
 }
-window.slowRays = (times) => new BroadcastChannel("rays").postMessage(times);
+window.scaleRays = (times) => new BroadcastChannel("rays").postMessage(times);
 """
-"""`slowRays(times)` slows rays of tracers down by this factor; below 1, they seem faster to the tracers' clocks."""
+"""`scaleRays(times)` makes rays of tracers take this many times as long, below 1 by the tracers' clocks alone."""
 
 
 @pytest.fixture(scope="module")
@@ -300,10 +300,10 @@ def test_converged_of_a_scene_that_fails_is_rejected(shown):
 
 def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
     """Otherwise they are never fetched (test_npm.py)."""
-    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
+    page = shown('src="wedge.glb" picture-size="640x480"', SCALED_RAYS)
     exact(page)
     page.evaluate("""async () => {
-      slowRays(100);
+      scaleRays(100);
       const view = document.querySelector("bob-view"), { statistics, schedule } = view.viewing;
       schedule.budget *= 6;  // so that busy machines complete by a network in time
       // At each place nothing is expected that the one before has shown.
@@ -324,12 +324,12 @@ def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
 @pytest.mark.parametrize("times", [400, 0.01], ids=["slow", "fast"])
 def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, times):
     """With fast rays a new picture is dense, and as good."""
-    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
+    page = shown('src="wedge.glb" picture-size="640x480"', SCALED_RAYS)
     exact(page)
     frames = page.evaluate(
         """async (times) => {
       const view = document.querySelector("bob-view"), { viewing } = view;
-      slowRays(times);
+      scaleRays(times);
       viewing.schedule.refines = false;
       viewing.schedule.budget *= 6;  // so that a busy machine reprojects in time
       const frames = [];
@@ -480,7 +480,7 @@ def test_a_poster_is_there_until_the_first_picture(shown, folder):
 def test_backgrounds_are_seen_where_nothing_is(shown, folder):
     """Behind exact pictures, and through completed ones."""
     scene = bob.load(folder / "gear.sdf")
-    page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"', SLOW_RAYS)
+    page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"', SCALED_RAYS)
     full = bob.trace(scene, size=(HEIGHT, WIDTH))
     found = exact(page)
     assert (found[..., 3] != to_8_bit(full.alpha)).mean() < 0.002
@@ -492,7 +492,7 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
     page.evaluate("""async () => {
       const view = document.querySelector("bob-view"), { viewing } = view, { schedule } = viewing;
       schedule.refines = false;
-      slowRays(10); // so that not all is traced in a moment
+      scaleRays(10); // so that not all is traced in a moment
       // Until silhouettes are not all traced, however fast the machine, and nothing is reprojected, however slow.
       for (let i = 0, share = NaN, reprojects = true; !(share > 0.03 && share < 0.09 && !reprojects) && i < 300; ++i) {
         if (share) schedule.budget *= share < 0.06 ? 1.2 : 0.8;

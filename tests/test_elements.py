@@ -84,11 +84,8 @@ def pixels(page, name):
 
 
 def assert_shows(page, name, scene, camera=None):
-    wanted = (
-        bob.render(scene, camera or bob.Camera(FRONT), size=(HEIGHT, WIDTH), background="#000")
-        .rgba[..., :3]
-        .astype(int)
-    )
+    camera = camera or bob.Camera(FRONT)
+    wanted = bob.render(scene, camera, size=(HEIGHT, WIDTH), background="#000").rgba[..., :3].astype(int)
     assert wanted.any()
     assert (np.abs(pixels(page, name) - wanted) > 1).mean() < 0.004
 

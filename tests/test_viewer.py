@@ -238,16 +238,14 @@ def test_at_rest_all_pixels_are_traced_on_all_threads_in_few_steps(tabs, viewer)
     page = Page(tabs, f"{viewer.url}?size={width}x{height}&workers={threads}&samples=1#scene=gear.sdf", RAYS)
     page.tab.evaluate("() => bobrossnet.converged()")
     rests = [page.tab.evaluate(REST, azimuth) for azimuth in (40, 50, 60)]
-    rays = []
     for rest in rests:
         moving, *resting = (batch for batch in rest["batches"] if not batch["cancelled"])
         assert moving["batch"]["parts"] < threads
         assert all(batch["batch"]["parts"] == threads for batch in resting)
         assert sum(batch["rays"] for batch in resting if batch["batch"]["phase"] == "rows") == width * height
-        rays.append(sum(batch["rays"] for batch in resting))
+        assert sum(batch["rays"] for batch in resting) <= 1.3 * width * height
         # Steps double: to 250 ms while the picture is refined, and to a second.
         assert rest["pictures"] <= 5 + rest["milliseconds"] / 600
-    assert np.median(rays) <= 1.3 * width * height  # a pause of the machine may be taken for slow rays once
     page.close()
 
 
