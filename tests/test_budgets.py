@@ -8,6 +8,7 @@ import sys
 import time
 
 import pytest
+from clocks import least
 from processes import running
 
 SHAPES = {
@@ -37,12 +38,16 @@ def test_building_is_stopped_at_once(shape, stop):
         f"signal.signal(signal.SIGTERM, signal.default_int_handler)\n{SHAPES[shape]}\n"
         "print('building', flush=True)\nshape.core\n"
     )
-    with running([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "building\n"
-        time.sleep(0.1)  # the surface takes 0.4 s in all
-        process.send_signal(stop)
-        start = time.monotonic()
-        _, errors = process.communicate(timeout=20)
-        assert time.monotonic() - start < 2
-    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+
+    def stopping() -> float:
+        with running([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "building\n"
+            time.sleep(0.1)  # the surface takes 0.4 s in all
+            process.send_signal(stop)
+            start = time.monotonic()
+            _, errors = process.communicate(timeout=20)
+            assert errors.splitlines()[-1] == "KeyboardInterrupt"
+            return time.monotonic() - start
+
+    assert least(stopping, 2) < 2

@@ -6,9 +6,11 @@ import itertools
 import pickle
 import signal
 import time
+from functools import partial
 
 import numpy as np
 import pytest
+from clocks import least
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import MODELS, needs_models
@@ -273,11 +275,11 @@ def test_100_000_places_are_a_matter_of_seconds(kind):
     places = [
         bob.Instance(shape, rotation(i, (1, i % 7, i % 5))).translate((i % 50, i // 50 % 50, i)) for i in range(1000)
     ]
-    start = time.perf_counter()
+    start = time.process_time()
     scene = bob.Scene(places * 100)
     assert len(scene.boxes) == 100_000
     bob.trace(scene, size=(30, 40))  # coincident instances aren't hit
-    assert time.perf_counter() - start < 10
+    assert time.process_time() - start < 10
 
 
 def test_scenes_of_too_many_instances_are_refused_at_once():
@@ -297,14 +299,17 @@ def test_arranging_can_be_interrupted():
         while True:
             bob.Scene(places).core  # noqa: B018
 
+    def stopping(after):
+        start = time.perf_counter()
+        signal.setitimer(signal.ITIMER_REAL, after)
+        with pytest.raises(InterruptedError):
+            arrange_for_ever()
+        return time.perf_counter() - start - after
+
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
         for after in (0.02, 0.06, 0.1):
-            start = time.perf_counter()
-            signal.setitimer(signal.ITIMER_REAL, after)
-            with pytest.raises(InterruptedError):
-                arrange_for_ever()
-            assert time.perf_counter() - start < after + 2
+            assert least(partial(stopping, after), 2) < 2
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)

@@ -16,6 +16,7 @@ from subprocess import PIPE
 from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
+from clocks import least
 from processes import COMMAND, running
 
 import bobrossnet as bob
@@ -197,11 +198,15 @@ def test_requests_have_one_host(status_of):
 
 def test_many_connections_at_once_do_not_wait():
     """The system drops connections without room, and they retry after one second, two, four …"""
-    with Server({}) as server, ExitStack() as opened:
-        start = time.monotonic()
-        for _ in range(500):  # before the first is accepted
-            opened.enter_context(socket.create_connection(("127.0.0.1", server.server_port), timeout=20))
-        assert time.monotonic() - start < 1
+
+    def connecting():
+        with Server({}) as server, ExitStack() as opened:
+            start = time.monotonic()
+            for _ in range(500):  # before the first is accepted
+                opened.enter_context(socket.create_connection(("127.0.0.1", server.server_port), timeout=20))
+            return time.monotonic() - start
+
+    assert least(connecting, 1) < 1
 
 
 def test_only_get_and_head(ask):
