@@ -265,24 +265,27 @@ public:
 
     void begin(std::size_t count) {
         arrived.assign(count, {}), sequences_.clear(), places_.clear();
-        rays_.clear(), paths_.clear(), widths_.clear(), wants_.clear();
+        rays_.clear(), paths_.clear(), widths_.clear(), wants_.clear(), first_rays_.clear();
     }
 
-    /// Starts a path at a place in the picture, in the next slot.
-    void add(float row, float column, const PixelSequence& sequence) {
-        const auto slot = static_cast<std::uint32_t>(sequences_.size());
-        sequences_.push_back(sequence), places_.push_back({row, column});
+    /// Starts paths at a place in the picture, in the next slots: one for each sequence.
+    void add(float row, float column, std::span<const PixelSequence> sequences) {
+        auto slot = static_cast<std::uint32_t>(sequences_.size());
+        sequences_.insert(sequences_.end(), sequences.begin(), sequences.end());
+        places_.insert(places_.end(), sequences.size(), {row, column});
         Ray ray;
         if (!lighting_.sees(projection_, row, column, ray)) return;
+        first_rays_.insert(first_rays_.end(), sequences.size(), rays_.size());
         rays_.push_back(ray), widths_.push_back(width_ / length(ray.direction)), wants_.push_back(1);
         Path path;
-        path.slot = slot, path.left = lights_.bounces, path.media = media_;
-        paths_.push_back(path);
+        path.left = lights_.bounces, path.media = media_;
+        for (; slot < sequences_.size(); ++slot) path.slot = slot, paths_.push_back(path);
     }
 
     void go() {
         for (int surface = 0; !paths_.empty() && surface < most_in_glass + 1; ++surface) {
             lighting_.meet(rays_, widths_, wants_, memory_);
+            if (surface == 0) share_first_hits();
             send(surface);
             receive();
         }
@@ -292,6 +295,14 @@ private:
     struct InPicture {
         float row, column;
     };
+
+    /// Gives each path the ray and the hit that it starts with.
+    void share_first_hits() {
+        std::vector<Met> met;
+        next_rays_.clear();
+        for (const std::size_t ray : first_rays_) met.push_back(memory_.met[ray]), next_rays_.push_back(rays_[ray]);
+        memory_.met.swap(met), rays_.swap(next_rays_);
+    }
 
     /// Adds the light of paths that left, and sends the others on.
     void send(int surface) {
@@ -501,6 +512,7 @@ private:
     Memory memory_;
     std::vector<PixelSequence> sequences_;
     std::vector<InPicture> places_;
+    std::vector<std::size_t> first_rays_;  // of each path, among the first rays
     std::vector<Ray> rays_, next_rays_, light_rays_;
     std::vector<Path> paths_, next_paths_;
     std::vector<float> widths_, next_widths_;
@@ -526,13 +538,18 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     parallel_for(pixels.size(), piece, [&](std::size_t begin, std::size_t end) {
         Paths paths(*this, projection, draws.apart ? 0.25f : 1.f, changes != nullptr);
         paths.begin((end - begin) * count);
+        std::vector<PixelSequence> sequences;
         for (std::size_t i = begin; i < end; ++i) {
             const auto [row, column] = pixels[i];
+            sequences.clear();
             for (std::uint32_t k = 0; k < count; ++k) {
-                const PixelSequence sequence(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
-                const auto [down, right, u, v] = sequence(0);
-                const float off = draws.apart ? 1.f : 0.f;
-                paths.add(static_cast<float>(row) + off * (down - 0.5f), static_cast<float>(column) + off * (right - 0.5f), sequence);
+                sequences.emplace_back(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
+            }
+            const auto down = static_cast<float>(row), right = static_cast<float>(column);
+            if (!draws.apart) paths.add(down, right, sequences);
+            for (const PixelSequence& sequence : std::span(sequences).first(draws.apart ? count : 0)) {
+                const auto [off_down, off_right, u, v] = sequence(0);
+                paths.add(down + (off_down - 0.5f), right + (off_right - 0.5f), {&sequence, 1});
             }
         }
         paths.go();

@@ -29,8 +29,9 @@ constexpr std::uint32_t reversed_bits(std::uint32_t x) {
 }
 
 /// Owen's nested uniform scrambling in base 2: each bit is flipped or not, by the bits above it and the seed.
-constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
-    x = reversed_bits(x);
+/// Takes the bits in reversed order, and returns them in the usual one.
+constexpr std::uint32_t owen_scrambled(std::uint32_t reversed, std::uint32_t seed) {
+    std::uint32_t x = reversed;
     x ^= x * 0x3d20adea;
     x += seed;
     x *= (seed >> 16) | 1;
@@ -43,19 +44,22 @@ constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
 class Sobol {
 public:
     static constexpr int dimensions = 4;
+    using Point = std::array<std::uint32_t, dimensions>;
 
-    /// The point of a number, in steps of 2^-32.
-    static constexpr std::uint32_t point(std::uint32_t number, int dimension) {
-        std::uint32_t x = 0;
-        const auto& column = columns[static_cast<std::size_t>(dimension)];
-        for (std::size_t bit = 0; number; number >>= 1, ++bit) x ^= number & 1 ? column[bit] : 0;
-        return x;
+    /// The point of a number, each coordinate's first binary digit in the lowest bit.
+    static constexpr Point point(std::uint32_t number) {
+        Point point{};
+        for (const auto& of_digit : of_digits) {
+            const Point& part = of_digit[number % digits];
+            for (std::size_t d = 0; d < dimensions; ++d) point[d] ^= part[d];
+            number /= digits;
+        }
+        return point;
     }
 
 private:
-    using Columns = std::array<std::array<std::uint32_t, 32>, dimensions>;
-    static constexpr Columns columns = [] {
-        Columns v{};
+    static constexpr std::array<Point, 32> of_bits = [] {
+        std::array<Point, 32> points{};
         // For each dimension but the first: the degree of its primitive polynomial, its inner coefficients, its first numbers.
         struct Primitive {
             std::size_t degree;
@@ -63,20 +67,36 @@ private:
             std::array<std::uint32_t, 3> first;
         };
         constexpr Primitive primitives[] = {{1, 0, {1, 0, 0}}, {2, 1, {1, 3, 0}}, {3, 1, {1, 3, 1}}};
-        for (std::size_t bit = 0; bit < 32; ++bit) v[0][bit] = 1u << (31 - bit);
+        for (std::size_t bit = 0; bit < 32; ++bit) points[bit][0] = 1u << (31 - bit);
         for (std::size_t d = 1; d < dimensions; ++d) {
             const auto& [degree, inner, first] = primitives[d - 1];
             for (std::size_t bit = 0; bit < 32; ++bit) {
                 if (bit < degree) {
-                    v[d][bit] = first[bit] << (31 - bit);
+                    points[bit][d] = first[bit] << (31 - bit);
                     continue;
                 }
-                std::uint32_t x = v[d][bit - degree] ^ v[d][bit - degree] >> degree;
-                for (std::size_t k = 1; k < degree; ++k) x ^= inner >> (degree - 1 - k) & 1 ? v[d][bit - k] : 0;
-                v[d][bit] = x;
+                std::uint32_t x = points[bit - degree][d] ^ points[bit - degree][d] >> degree;
+                for (std::size_t k = 1; k < degree; ++k) x ^= inner >> (degree - 1 - k) & 1 ? points[bit - k][d] : 0;
+                points[bit][d] = x;
             }
         }
-        return v;
+        for (Point& point : points) {
+            for (std::uint32_t& x : point) x = reversed_bits(x);
+        }
+        return points;
+    }();
+
+    /// A point is the exclusive or of those of its number's digits. From bits alone, points took two fifths of the time of light.
+    static constexpr std::uint32_t digits = 16;
+    static constexpr std::array<std::array<Point, digits>, 8> of_digits = [] {
+        std::array<std::array<Point, digits>, 8> points{};
+        for (std::size_t bit = 0; bit < 32; ++bit) {
+            for (std::size_t digit = 0; digit < digits; ++digit) {
+                if (!(digit >> bit % 4 & 1)) continue;
+                for (std::size_t d = 0; d < dimensions; ++d) points[bit / 4][digit][d] ^= of_bits[bit][d];
+            }
+        }
+        return points;
     }();
 };
 
@@ -89,11 +109,11 @@ public:
 
     /// Four of them, stratified together over a pixel's samples; groups are independent of each other.
     [[nodiscard]] std::array<float, Sobol::dimensions> operator()(std::uint32_t group) const {
-        const std::uint32_t seed = hashed(seed_, group), number = owen_scrambled(sample_, seed);
+        const std::uint32_t seed = hashed(seed_, group);
+        const Sobol::Point point = Sobol::point(owen_scrambled(reversed_bits(sample_), seed));
         std::array<float, Sobol::dimensions> result;
-        for (int d = 0; d < Sobol::dimensions; ++d) {
-            const std::uint32_t x = owen_scrambled(Sobol::point(number, d), hashed(seed, static_cast<std::uint32_t>(d)));
-            result[static_cast<std::size_t>(d)] = static_cast<float>(x >> 8) * 0x1p-24f;
+        for (std::uint32_t d = 0; d < Sobol::dimensions; ++d) {
+            result[d] = static_cast<float>(owen_scrambled(point[d], hashed(seed, d)) >> 8) * 0x1p-24f;
         }
         return result;
     }
