@@ -98,25 +98,36 @@ void complete_along(const bob::Layout& known, const ConstPlanes& planes, const b
 }
 
 void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
-                     const bob::Layout& completed, bool covered_only, const Planes& output, const std::optional<Plane>& noise) {
+                     const bob::Layout& completed, bool covered_only, const Planes& output) {
     check_planes(known, planes, completed, output);
-    expect(!noise || same_size(*noise, planes), "noise: expected the planes' size");
     expect(guides.shape(0) == static_cast<std::size_t>(guides_layout.width()), "guides: expected the layout's width");
     expect(same_size(guides, planes), "guides: expected the planes' size");
     expect(planes.shape(1) > 0 && planes.shape(2) > 0, "planes: expected at least one pixel");
     interruptible([&] {
         bob::complete_guided(known, planes.data(), guides_layout, guides.data(), *completed.begin(), static_cast<int>(planes.shape(1)),
-                             static_cast<int>(planes.shape(2)), covered_only, output.data(), noise ? noise->data() : nullptr);
+                             static_cast<int>(planes.shape(2)), covered_only, output.data());
     });
 }
 
 void complete_alpha(const bob::Layout& known, const ConstPlanes& planes, const ConstPlane& coverage, const ConstPlanes& ground,
-                    const Plane& alpha, const std::optional<Plane>& noise) {
+                    const Plane& alpha) {
     expect(planes.shape(0) == static_cast<std::size_t>(known.width()) && ground.shape(0) >= 2, "planes: expected the layout's, and 2 of the ground");
-    expect(same_size(planes, alpha) && same_size(coverage, alpha) && same_size(ground, alpha) && (!noise || same_size(*noise, alpha)), "planes: expected alpha's size");
+    expect(same_size(planes, alpha) && same_size(coverage, alpha) && same_size(ground, alpha), "planes: expected alpha's size");
     interruptible([&] {
         bob::complete_alpha(known, planes.data(), coverage.data(), ground.data(), static_cast<int>(alpha.shape(0)), static_cast<int>(alpha.shape(1)),
-                            alpha.data(), noise ? noise->data() : nullptr);
+                            alpha.data());
+    });
+}
+
+void noise_shown(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
+                 const std::optional<ConstPlanes>& ground, const Plane& noise) {
+    expect(planes.shape(0) == static_cast<std::size_t>(known.width()) && guides.shape(0) == static_cast<std::size_t>(guides_layout.width()) &&
+               (!ground || ground->shape(0) >= 2), "planes: expected the layouts', and 2 of the ground");
+    expect(same_size(planes, noise) && same_size(guides, noise) && (!ground || same_size(*ground, noise)), "planes: expected the noise's size");
+    interruptible([&] {
+        std::vector<float> color(3 * noise.size()), alpha(noise.size());
+        bob::complete_light(known, planes.data(), guides_layout, guides.data(), ground ? ground->data() : nullptr, static_cast<int>(noise.shape(0)),
+                            static_cast<int>(noise.shape(1)), color.data(), alpha.data(), noise.data());
     });
 }
 
@@ -166,12 +177,13 @@ void bind_completion(nb::module_& m) {
           "Completes the channel `completed` by its ratio to a guide known at all pixels; where traced pixels of the lattice agree, "
           "interpolates it. Values may have any range: `unit` counts as 1.");
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
-          "completed"_a, "covered_only"_a, "output"_a.noconvert(), "noise"_a.noconvert().none() = nb::none(),
+          "completed"_a, "covered_only"_a, "output"_a.noconvert(),
           "Completes gray or color, named by `completed`, along the mask, depth, normal and albedo of all pixels; `covered_only` leaves "
-          "pixels without coverage at 0. `noise` receives the standard deviation that own samples leave in pixels.");
+          "pixels without coverage at 0.");
     m.def("complete_alpha", &complete_alpha, "known"_a, "planes"_a.noconvert(), "coverage"_a.noconvert(), "ground"_a.noconvert(), "alpha"_a.noconvert(),
-          "noise"_a.noconvert().none() = nb::none(),
           "Completes the alpha of a picture of light: coverage, plus the shadow on the ground, whose mask and depth come first in `ground`.");
+    m.def("noise_shown", &noise_shown, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(), "ground"_a.noconvert().none(),
+          "noise"_a.noconvert(), "Writes the standard deviation that noise leaves in the completed picture of light, (H, W), in sRGB 0..1.");
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert(),
           "Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges.");
 }

@@ -128,6 +128,8 @@ void bind_light(nb::module_& m) {
     m.def("studio_sky", [] { return std::tuple(bob::studio_sky.top, bob::studio_sky.bottom, bob::studio_sky.intensity); });
     m.attr("MIN_ALBEDO") = bob::min_albedo;
     m.attr("LIGHT_PATHS") = bob::MovingLight::paths;
+    m.attr("NOISY_PASSES") = bob::MovingLight::noisy_passes;
+    m.attr("VISIBLE_NOISE") = bob::MovingLight::visible_noise;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
     nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")
         .def(nb::init<>())
@@ -162,7 +164,7 @@ void bind_light(nb::module_& m) {
             expect_size(self, mask, 1);
             self.write_mask(mask.data());
         }, "mask"_a.noconvert(), "Writes 1 where a pixel has, or needs no, paths of this camera, (1, H, W).")
-        .def("complete", [](const bob::MovingLight& self, bool is_smooth, const Planes& picture) {
+        .def("complete", [](bob::MovingLight& self, bool is_smooth, const Planes& picture) {
             expect_size(self, picture, 4);
             const std::size_t pixels = picture.shape(1) * picture.shape(2);
             interruptible([&] { self.complete(is_smooth, picture.data(), picture.data() + 3 * pixels); });

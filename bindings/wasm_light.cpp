@@ -92,11 +92,11 @@ EXPORT(add_light) bool add_light(PageLight* light, const Wanted* wanted, std::si
         return true;
     });
 }
-/// Number of pixels without paths from this camera.
+/// Number of pixels that wait for paths from this camera.
 EXPORT(light_left) double light_left(const PageLight* light) { return static_cast<double>(light->moving.left()); }
 
 /// Writes the completed picture: (4, height, width), linear RGB times coverage, and coverage.
-EXPORT(complete_light) bool complete_light(const PageLight* light, bool is_smooth, float* planes) {
+EXPORT(complete_light) bool complete_light(PageLight* light, bool is_smooth, float* planes) {
     return attempt([&] {
         const std::size_t size = static_cast<std::size_t>(light->moving.height()) * static_cast<std::size_t>(light->moving.width());
         light->moving.complete(is_smooth, planes, planes + 3 * size);

@@ -79,13 +79,16 @@ private:
     std::vector<double> sums_;
 };
 
-/// Traced samples in row order.
+/// The pixels that are completed.
+enum class Completed { all, surfaces, plane };
+
+/// Traced samples in row order, of the pixels that are completed.
 struct Traced {
     std::vector<GuidedSample> samples;
     std::vector<int> first;  // first sample of each row, and the end
     bool is_noisy = false;
 
-    Traced(const Layout& known, const float* planes, const Channel& channel, const GuidedSurfaces& surfaces) {
+    Traced(const Layout& known, const float* planes, const Channel& channel, const GuidedSurfaces& surfaces, Completed completed) {
         const int height = surfaces.height(), width = surfaces.width(), components = channel.components;
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const auto plane = [&](int place) { return planes + static_cast<std::size_t>(place) * pixels; };
@@ -97,6 +100,7 @@ struct Traced {
                 const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
                 if (!(mask[i] > 0)) continue;
                 const auto of = [&](GuidedSurfaces::Plane plane) { return surfaces.row(plane, y)[x]; };
+                if (completed != Completed::all && !(of(GuidedSurfaces::coverage) > 0)) continue;
                 GuidedSample sample{static_cast<float>(y), static_cast<float>(x), of(GuidedSurfaces::depth),
                                     {of(GuidedSurfaces::normal_x), of(GuidedSurfaces::normal_y), of(GuidedSurfaces::normal_z)},
                                     {of(GuidedSurfaces::red), of(GuidedSurfaces::green), of(GuidedSurfaces::blue)}, of(GuidedSurfaces::coverage), {}, 0, 0};
@@ -247,8 +251,9 @@ bool is_plane(const GuidedSurfaces& surfaces, int top, int bottom, int left, int
 }
 
 /// Fits one tile, with a larger reach where no sample is on the same surface.
-void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, bool covered_only, Fitted& fitted) {
+void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, Completed completed, Fitted& fitted) {
     const auto& kernels = best_guided_kernels();
+    const auto fit = completed == Completed::plane ? kernels.fit_plane : components == 3 ? kernels.fit_color : kernels.fit_gray;
     const int top = down * fit_height, left = across * fit_width, bottom = std::min(top + fit_height, surfaces.height());
     const Reaches::Reach corners[] = {reaches(down, across), reaches(down, across + 1), reaches(down + 1, across),
                                       reaches(down + 1, across + 1)};
@@ -260,12 +265,13 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
     for (int y = top; y < bottom; ++y) {
         const float* const coverage = surfaces.row(GuidedSurfaces::coverage, y) + left;
         const auto first = is_wanted.begin() + (y - top) * fit_width;
-        for (int x = 0; x < fit_width; ++x) first[x] = left + x < surfaces.width() && (!covered_only || coverage[x] > 0);
+        for (int x = 0; x < fit_width; ++x) first[x] = left + x < surfaces.width() && (completed == Completed::all || coverage[x] > 0);
         is_any = is_any || !(is_done[static_cast<std::size_t>(y - top)] = std::find(first, first + fit_width, true) == first + fit_width);
     }
     if (!is_any) return;
     int row_step = std::clamp(static_cast<int>(narrowest / reach_per_row), 1, fit_height - 1);
-    if (row_step > 1 && !is_plane(surfaces, top, bottom, left, std::min(left + fit_width, surfaces.width()))) row_step = 1;
+    const auto is_flat = [&] { return completed == Completed::plane || is_plane(surfaces, top, bottom, left, std::min(left + fit_width, surfaces.width())); };
+    if (row_step > 1 && !is_flat()) row_step = 1;
     const auto is_fitted = [=](int y) { return (y - top) % row_step == 0 || y == bottom - 1; };
     for (int y = top; y < bottom; ++y) is_done[static_cast<std::size_t>(y - top)] |= !is_fitted(y);
     for (int widening = 0; widening < widenings; ++widening) {
@@ -299,8 +305,7 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
                                    far[0], (far[1] - far[0]) / fit_width, sharpness[0], (sharpness[1] - sharpness[0]) / fit_width,
                                    {fresh.light[0].data(), fresh.light[1].data(), fresh.light[2].data()}, fresh.weight.data(),
                                    fresh.detail.data(), fresh.noise.data()};
-            (components == 3 ? kernels.fit_color : kernels.fit_gray)(traced.samples.data(), ranges.data(), ranges.size(), step, guided_likeness,
-                                                                     wanted, fit_width, traced.is_noisy);
+            fit(traced.samples.data(), ranges.data(), ranges.size(), step, guided_likeness, wanted, fit_width, traced.is_noisy);
             bool is_whole = true;
             for (std::size_t x = 0; x < fit_width; ++x) {
                 const std::size_t i = in_tile * fit_width + x;
@@ -331,13 +336,11 @@ void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reache
     }
 }
 
-}  // namespace
-
-void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
-                     int height, int width, bool covered_only, float* output, float* noise) {
+void complete(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
+              int height, int width, Completed completed, float* output, float* noise) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     const GuidedSurfaces surfaces(guides_layout, guides, height, width);
-    Traced traced(known, planes, channel, surfaces);
+    Traced traced(known, planes, channel, surfaces, completed);
     const int components = channel.components;
     if (noise) std::fill_n(noise, pixels, 0.f);
     if (traced.samples.empty()) {
@@ -351,7 +354,7 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
         Fitted fitted;
         for (std::size_t tile = begin; tile < end; ++tile) {
             const int down = static_cast<int>(tile) / tiles_across, across = static_cast<int>(tile) % tiles_across;
-            fit_tile(surfaces, traced, reaches, components, down, across, covered_only, fitted);
+            fit_tile(surfaces, traced, reaches, components, down, across, completed, fitted);
             const int left = across * fit_width;
             for (int y = down * fit_height; y < std::min((down + 1) * fit_height, height); ++y) {
                 const auto row = traced.of_row(y);
@@ -360,7 +363,7 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
                     const auto in_tile = static_cast<std::size_t>((y - down * fit_height) * fit_width + x - left);
                     const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
                     const bool is_traced = own != row.end() && own->column == static_cast<float>(x);
-                    const bool is_empty = covered_only && !(surfaces.row(GuidedSurfaces::coverage, y)[x] > 0);
+                    const bool is_empty = completed != Completed::all && !(surfaces.row(GuidedSurfaces::coverage, y)[x] > 0);
                     for (int c = 0; c < components; ++c) {
                         float& to = output[static_cast<std::size_t>(c) * pixels + i];
                         if (is_empty) {
@@ -388,6 +391,13 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
     });
 }
 
+}  // namespace
+
+void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
+                     int height, int width, bool covered_only, float* output, float* noise) {
+    complete(known, planes, guides_layout, guides, channel, height, width, covered_only ? Completed::surfaces : Completed::all, output, noise);
+}
+
 void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha,
                     float* noise) {
     static const Layout guides_layout{channels::mask, channels::depth, channels::normal, channels::albedo};
@@ -402,12 +412,27 @@ void complete_alpha(const Layout& known, const float* planes, const float* cover
         std::vector<float> guides(7 * size);  // the ground is flat, and white
         std::copy_n(ground, 2 * size, guides.data());
         for (std::size_t c = 4; c < 7; ++c) std::copy_n(ground, size, guides.data() + c * size);
-        complete_guided(shadows_layout, shadows.data(), guides_layout, guides.data(), channels::gray, height, width, true, alpha, noise);
+        complete(shadows_layout, shadows.data(), guides_layout, guides.data(), channels::gray, height, width, Completed::plane, alpha, noise);
     } else {
         std::fill_n(alpha, size, 0.f);
         if (noise) std::fill_n(noise, size, 0.f);
     }
     for (std::size_t i = 0; i < size; ++i) alpha[i] = std::min(coverage[i] + alpha[i], 1.f);
+}
+
+void complete_light(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const float* ground,
+                    int height, int width, float* color, float* alpha, float* noise) {
+    const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    const float* const coverage = guides + static_cast<std::size_t>(guides_layout.place_of(channels::mask)) * size;
+    std::vector<float> in_shadow(size);
+    complete_guided(known, planes, guides_layout, guides, channels::color, height, width, true, color, noise);
+    if (ground) complete_alpha(known, planes, coverage, ground, height, width, alpha, in_shadow.data());
+    else std::copy_n(coverage, size, alpha);
+    const auto shown = [](float light) { return to_srgb(std::clamp(light, 0.f, 1.f)); };
+    for (std::size_t i = 0; i < size; ++i) {
+        const float brightest = std::max({color[i], color[size + i], color[2 * size + i]});
+        noise[i] = (shown(brightest + noise[i]) - shown(brightest - noise[i])) / 2 + in_shadow[i];
+    }
 }
 
 }  // namespace bob

@@ -6,8 +6,8 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// Unknowns: 1, the position in the picture, and the normal.
-constexpr int unknowns = 6;
+/// Unknowns: 1, the position in the picture, and the normal unless all are on one plane.
+constexpr int on_surfaces = 6, on_plane = 3;
 
 /// Ridge of the slopes, as a share of the weight: without it, slopes from few samples are extrapolated; a larger one flattens light.
 constexpr float place_ridge = 3e-3f, normal_ridge = 3e-3f;
@@ -18,14 +18,14 @@ constexpr float least_likeness = 1e-5f;
 F square(F a) { return a * a; }
 
 /// Sums over samples: the upper triangle of a symmetric matrix, and its right-hand sides.
-template <int C>
+template <int C, int unknowns>
 struct Sums {
     F matrix[unknowns][unknowns], right[C][unknowns];
 };
 
 /// Light at the pixel, the first unknown; the others are eliminated from the last one on.
-template <int C>
-inline void solve(Sums<C>& s, F reach2, F* light) {
+template <int C, int unknowns>
+inline void solve(Sums<C, unknowns>& s, F reach2, F* light) {
     const F total = s.matrix[0][0];
     BOB_UNROLL
     for (int u = 1; u < unknowns; ++u) s.matrix[u][u] += total * (u < 3 ? reach2 * constant(place_ridge) : constant(normal_ridge));
@@ -45,7 +45,7 @@ inline void solve(Sums<C>& s, F reach2, F* light) {
     for (int c = 0; c < C; ++c) light[c] = s.right[c][0] / s.matrix[0][0];
 }
 
-template <int C>
+template <int C, int unknowns>
 void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
          const GuidedRow& row, int count, bool is_noisy) {
     F place;
@@ -64,7 +64,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         float widest = 0;
         for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
 
-        Sums<C> s{};
+        Sums<C, unknowns> s{};
         F total{}, shade{}, shade2{}, variance{}, low[C], high[C];
         for (int c = 0; c < C; ++c) low[c] = constant(3.4e38f), high[c] = none;
         for (std::size_t r = 0; r < range_count; ++r) {
@@ -76,16 +76,20 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
                 const F dx = constant(q.column) - column, distance2 = fma(dx, dx, dy * dy);
                 const F near = max(one - distance2 * inverse_reach2, none);
                 if (bits(near > none) == 0) continue;
-                const F tilt[] = {constant(q.normal[0]) - normal[0], constant(q.normal[1]) - normal[1], constant(q.normal[2]) - normal[2]};
-                const F off_plane = constant(q.depth) - fma(right, dx, fma(down, dy, depth));
-                const F tint[] = {constant(q.albedo[0]) - albedo[0], constant(q.albedo[1]) - albedo[1], constant(q.albedo[2]) - albedo[2]};
-                const F unlike = unlikeness(likeness, tilt, off_plane, inverse_tolerance2, distance2, tint, constant(q.coverage) - coverage,
-                                            [](F a, F b, F c) { return fma(a, b, c); });
-                const F like = max(likeness_of(unlike), constant(least_likeness)), near2 = near * near;
-                const F weight = near2 * like / (distance2 + sharpness);
-                total += near2 * like;
+                F unknown[unknowns] = {one, dx, dy}, like = near * near;
+                if constexpr (unknowns == on_surfaces) {
+                    const F tilt[] = {constant(q.normal[0]) - normal[0], constant(q.normal[1]) - normal[1], constant(q.normal[2]) - normal[2]};
+                    const F off_plane = constant(q.depth) - fma(right, dx, fma(down, dy, depth));
+                    const F tint[] = {constant(q.albedo[0]) - albedo[0], constant(q.albedo[1]) - albedo[1], constant(q.albedo[2]) - albedo[2]};
+                    const F unlike = unlikeness(likeness, tilt, off_plane, inverse_tolerance2, distance2, tint, constant(q.coverage) - coverage,
+                                                [](F a, F b, F c) { return fma(a, b, c); });
+                    like *= max(likeness_of(unlike), constant(least_likeness));
+                    BOB_UNROLL
+                    for (int k = 0; k < 3; ++k) unknown[3 + k] = tilt[k];
+                }
+                const F weight = like / (distance2 + sharpness);
+                total += like;
 
-                const F unknown[] = {one, dx, dy, tilt[0], tilt[1], tilt[2]};
                 F weighted[unknowns];
                 BOB_UNROLL
                 for (int u = 0; u < unknowns; ++u) weighted[u] = weight * unknown[u];
@@ -112,7 +116,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         }
         const F inverse = one / max(s.matrix[0][0], constant(1e-30f));
         F light[C];
-        solve<C>(s, reach2, light);
+        solve(s, reach2, light);
         BOB_UNROLL
         for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // clamped to the samples' range, since planes extrapolate
         store(row.weight + x, total);
@@ -126,6 +130,6 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
 
 }  // namespace
 
-const GuidedKernels guided_kernels = {fit<1>, fit<3>};
+const GuidedKernels guided_kernels = {fit<1, on_surfaces>, fit<3, on_surfaces>, fit<1, on_plane>};
 
 }  // namespace bob::BOB_ISA

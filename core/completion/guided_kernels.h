@@ -71,6 +71,9 @@ struct GuidedKernels {
                      const GuidedRow& row, int count, bool is_noisy);
     void (*fit_color)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
                       const GuidedRow& row, int count, bool is_noisy);
+    /// Gray where all samples and pixels are on one plane.
+    void (*fit_plane)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+                      const GuidedRow& row, int count, bool is_noisy);
 };
 
 BOB_DECLARE_KERNELS(GuidedKernels, guided_kernels)

@@ -29,9 +29,18 @@ void MovingLight::move(const Camera& camera, int height, int width) {
 }
 
 void MovingLight::begin_drawing() {
-    drawn_.assign(pixels(), 0);
-    left_ = 0;
-    for (std::size_t i = 0; i < pixels(); ++i) left_ += shows_something(i);
+    drawn_.assign(pixels(), 0), wanted_.assign(pixels(), 0);
+    left_ = 0, is_noise_known_ = false;
+    for (std::size_t i = 0; i < pixels(); ++i) left_ += wanted_[i] = shows_something(i);
+}
+
+void MovingLight::wait_for_more(const std::vector<float>& noise) {
+    is_noise_known_ = true;
+    for (std::size_t i = 0; i < pixels(); ++i) {
+        if (!(noise[i] > visible_noise)) continue;
+        wanted_[i] = noisy_passes * drawn_[i];
+        left_ += waits(i);
+    }
 }
 
 void MovingLight::rest() {
@@ -45,6 +54,16 @@ void MovingLight::rest() {
 std::vector<MovingLight::Wanted> MovingLight::next(std::size_t count) {
     const auto seed = static_cast<std::uint32_t>(seed_ + frames_++);
     std::vector<Wanted> wanted;
+    if (is_noise_known_ && left_ > 0) {
+        for (std::size_t i = 0; i < pixels(); ++i) {
+            if (waits(i)) wanted.push_back({{static_cast<int>(i) / width_, static_cast<int>(i) % width_}, drawn_[i]});
+        }
+        if (wanted.size() > count) {  // pass by pass
+            std::ranges::stable_sort(wanted, {}, &Wanted::drawn);
+            wanted.resize(count);
+        }
+        return wanted;
+    }
     for (const Pixel pixel : history_->next(count, seed, is_at_rest_, surfaces())) {
         const std::size_t i = static_cast<std::size_t>(pixel.row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(pixel.column);
         wanted.push_back({pixel, drawn_[i]});
@@ -78,8 +97,9 @@ void MovingLight::add(std::span<const Wanted> wanted, std::span<const LightHisto
     for (std::size_t k = 0; k < wanted.size(); ++k) {
         const Pixel pixel = wanted[k].pixel;
         const std::size_t i = static_cast<std::size_t>(pixel.row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(pixel.column);
-        if (drawn_[i] == 0 && shows_something(i)) --left_;
+        const bool waited = waits(i);
         drawn_[i] += traced[k].paths;
+        left_ -= waited && !waits(i);
         added.push_back(pixel);
     }
     history_->add(added, traced, is_at_rest_, surfaces());
@@ -87,14 +107,14 @@ void MovingLight::add(std::span<const Wanted> wanted, std::span<const LightHisto
 
 void MovingLight::write(float* planes) const { history_->write(surfaces(), planes); }
 
-void MovingLight::complete(bool is_smooth, float* color, float* alpha) const {
+void MovingLight::complete(bool is_smooth, float* color, float* alpha) {
     static const Layout guides{channels::mask, channels::depth, channels::normal, channels::albedo};
     const Layout& layout = LightHistory::layout();
     const float* const ground = surfaces().ground;
-    std::vector<float> planes(LightHistory::plane_count * pixels());
+    std::vector<float> planes(LightHistory::plane_count * pixels()), noise(pixels());
     write(planes.data());
-    complete_guided(layout, planes.data(), guides, planes_.data(), channels::color, height_, width_, true, color);
-    complete_alpha(layout, planes.data(), planes_.data(), ground, height_, width_, alpha);
+    complete_light(layout, planes.data(), guides, planes_.data(), ground, height_, width_, color, alpha, noise.data());
+    if (is_at_rest_ && left_ == 0 && !is_noise_known_) wait_for_more(noise);
     if (is_smooth) smooth_edges(edges_, hits_.data(), hits_of_edge(), planes_.data(), ground, height_, width_, color, alpha);
 }
 

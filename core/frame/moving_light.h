@@ -16,12 +16,16 @@
 namespace bob {
 
 /// Each picture finds the first hits of all pixels, reprojects earlier paths to them, traces new paths where these are missing, noisy or
-/// old, and is completed along its surfaces. At rest, every pixel gets paths from this camera. The last picture does not depend on
-/// earlier cameras.
+/// old, and is completed along its surfaces. At rest, every pixel gets paths from this camera, then more where noise is visible. The last
+/// picture does not depend on earlier cameras.
 class MovingLight {
 public:
     /// Paths of a pixel each time it is traced in motion.
     static constexpr std::uint32_t paths = 16;
+    /// Times that a pixel at rest is traced if more than this standard deviation of noise is left in it, in displayed sRGB 0..1. Mean square
+    /// errors of three pictures fall by 20 to 34 % in 5 to 30 % more time; with 8 times, by another 4 to 9 %.
+    static constexpr std::uint32_t noisy_passes = 4;
+    static constexpr float visible_noise = 1 / 255.f;
     /// Rays of first hits at edges, down and across a pixel, and the same while the camera moves.
     static constexpr int edge_rays = 4, moving_edge_rays = 2;
 
@@ -53,15 +57,16 @@ public:
     /// The three above for at most `count` pixels; returns their number.
     std::size_t trace_next(std::size_t count);
 
-    /// Number of pixels without paths from this camera.
+    /// Number of pixels that wait for paths from this camera.
     [[nodiscard]] std::size_t left() const { return left_; }
 
     /// Writes all samples, new and reprojected, to planes of LightHistory's layout, which must be 0.
     void write(float* planes) const;
 
     /// Writes the picture, completed along first hits. color: (3, height, width), linear RGB times coverage. alpha: (height, width), the
-    /// coverage by surfaces and shadows. is_smooth: pixels at edges are means over their first hits.
-    void complete(bool is_smooth, float* color, float* alpha) const;
+    /// coverage by surfaces and shadows. is_smooth: pixels at edges are means over their first hits. At rest, the first picture whose pixels
+    /// all have paths tells which pixels wait for more.
+    void complete(bool is_smooth, float* color, float* alpha);
 
     /// 1 where a pixel has paths of this camera, or shows nothing that needs any, (height, width).
     void write_mask(float* mask) const;
@@ -83,6 +88,8 @@ private:
     [[nodiscard]] bool shows_something(std::size_t i) const { return planes_[i] > 0 || planes_[first_hit::ground * pixels() + i] > 0; }
     void look_at_edges(int rays);
     void begin_drawing();
+    void wait_for_more(const std::vector<float>& noise);
+    [[nodiscard]] bool waits(std::size_t i) const { return drawn_[i] < wanted_[i]; }
 
     Lighting lighting_;
     std::uint64_t seed_, moves_ = 0;
@@ -95,8 +102,9 @@ private:
     std::vector<Pixel> edges_;
     int rays_ = 0;                     // of first hits at edges, down and across
     std::vector<float> hits_;          // (edges, hits_of_edge, first_hit::count)
-    std::vector<std::uint32_t> drawn_; // paths of each pixel from this camera
+    std::vector<std::uint32_t> drawn_, wanted_; // paths of each pixel from this camera
     std::size_t left_ = 0;
+    bool is_noise_known_ = false;
 };
 
 }  // namespace bob

@@ -85,3 +85,20 @@ TEST(surfaces_are_alike_by_all_that_guides_say) {
         guides[k * pixels + last] = before;
     }
 }
+
+TEST(shadows_are_completed_from_samples_of_the_ground) {
+    // A surface covers the left half; a shadow of half the light lies on the ground beside it, out to the horizon.
+    constexpr int height = 30, width = 48;
+    constexpr std::size_t pixels = height * width;
+    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
+    std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+    test::Random random(5);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const bool covered = i % width < width / 2;
+        coverage[i] = covered, ground[i] = !covered, ground[pixels + i] = 1 - 30 / static_cast<float>(i / width + 1);
+        if (random() >= 0.15f) continue;
+        planes[i] = 1, planes[pixels + i] = covered ? 0.f : 0.5f, planes[2 * pixels + i] = 1e-3f;
+    }
+    bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
+    for (std::size_t i = 0; i < pixels; ++i) CHECK_NEAR(alpha[i], coverage[i] > 0 ? 1.f : 0.5f, 1e-6f);
+}

@@ -369,6 +369,10 @@ MIN_ALBEDO: float = 0.019999999552965164
 
 LIGHT_PATHS: int = 16
 
+NOISY_PASSES: int = 4
+
+VISIBLE_NOISE: float = 0.003921568859368563
+
 EDGE_RAYS: int = 4
 
 class LightPace:
@@ -410,17 +414,11 @@ def complete_along(
     known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, unit: float | None, output: F32
 ) -> None: ...
 def complete_guided(
-    known: Layout,
-    planes: F32,
-    guides_layout: Layout,
-    guides: F32,
-    completed: Layout,
-    covered_only: bool,
-    output: F32,
-    noise: F32 | None = None,
+    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, covered_only: bool, output: F32
 ) -> None: ...
-def complete_alpha(
-    known: Layout, planes: F32, coverage: F32, ground: F32, alpha: F32, noise: F32 | None = None
+def complete_alpha(known: Layout, planes: F32, coverage: F32, ground: F32, alpha: F32) -> None: ...
+def noise_shown(
+    known: Layout, planes: F32, guides_layout: Layout, guides: F32, ground: F32 | None, noise: F32
 ) -> None: ...
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None: ...
 

@@ -65,7 +65,7 @@ export class Light {
     return this.#core.call("light_paths");
   }
 
-  /** Number of pixels without paths from this camera. */
+  /** Number of pixels that wait for paths from this camera. */
   get left() {
     return this.#core.call("light_left", this.#handle);
   }

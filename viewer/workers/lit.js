@@ -100,9 +100,10 @@ export class SceneLight {
       result: () => {
         const completing = performance.now();
         if (added > 0) light.traced(added, completing - tracing);
-        const { left } = light, planes = this.spare?.length === 4 * height * width ? this.spare : new Float32Array(4 * height * width);
+        const planes = this.spare?.length === 4 * height * width ? this.spare : new Float32Array(4 * height * width);
         this.spare = undefined;
         light.complete(side > 1, planes);
+        const { left } = light; // the picture tells which pixels wait for more
         const mask = light.mask(size), done = performance.now();
         light.completed(done - completing);
         this.isDone = rests && left === 0;

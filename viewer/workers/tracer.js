@@ -499,7 +499,7 @@ async function lead({ element: own, batch, others: ports }) {
     }
   }
   for (const { port } of others) port.close();
-  const milliseconds = performance.now() - begin, left = work.left();
+  const milliseconds = performance.now() - begin;
   if (cancelled) {
     if (view) view.ended = true;
     resting = undefined;
@@ -507,7 +507,7 @@ async function lead({ element: own, batch, others: ports }) {
     const { message, transfer } = work.result();
     completing.postMessage(message, transfer);
   }
-  reply({ kind: "traced", batch, cancelled, left, rays, milliseconds });
+  reply({ kind: "traced", batch, cancelled, left: work.left(), rays, milliseconds });
 }
 
 /**

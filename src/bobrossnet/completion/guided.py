@@ -6,19 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.color import luminance, to_srgb
+from bobrossnet.color import luminance
 from bobrossnet.picture.gbuffer import GBuffer
 
 
-def complete_guided(gbuffer: GBuffer, channel: str, noise: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
     """Complete gray or color of a G-buffer with guides.
 
     Parameters
     ----------
     gbuffer : GBuffer
     channel : "gray" or "color"
-    noise : (H, W) float32, optional
-        Receives the standard deviation that noise leaves in each traced pixel's largest component.
 
     Returns
     -------
@@ -33,7 +31,7 @@ def complete_guided(gbuffer: GBuffer, channel: str, noise: NDArray[np.float32] |
     guides = gbuffer.guides
     covered_only = "shadow" in gbuffer.layout.places  # the core's light shows surfaces only
     _core.complete_guided(
-        gbuffer.layout.core, gbuffer.planes, guides.layout.core, guides.planes, completed, covered_only, output, noise
+        gbuffer.layout.core, gbuffer.planes, guides.layout.core, guides.planes, completed, covered_only, output
     )
     if channel == "color":
         return np.moveaxis(output if is_colored else np.repeat(output, 3, axis=0), 0, -1)
@@ -50,27 +48,25 @@ def completed_gray(gbuffer: GBuffer, color: NDArray[np.float32]) -> NDArray[np.f
     return np.where(exact, gbuffer.gray, gray)
 
 
-def guided_alpha(gbuffer: GBuffer, noise: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
-    """Return alpha of a G-buffer with guides, (H, W): coverage by surfaces plus completed shadows on the ground.
-
-    `noise`, (H, W), receives the standard deviation that noise leaves in the shadows.
-    """
+def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
+    """Return alpha of a G-buffer with guides, (H, W): coverage by surfaces plus completed shadows on the ground."""
     assert gbuffer.guides is not None
     alpha, ground = gbuffer.guides.hit, gbuffer.guides.ground
     if ground is None or "shadow" not in gbuffer.layout.places:
         return alpha
     whole = np.empty(gbuffer.size, np.float32)
-    _core.complete_alpha(gbuffer.layout.core, gbuffer.planes, alpha, ground.planes, whole, noise)
+    _core.complete_alpha(gbuffer.layout.core, gbuffer.planes, alpha, ground.planes, whole)
     return whole
 
 
 def noise_shown(gbuffer: GBuffer) -> NDArray[np.float32]:
     """Return the standard deviation that noise leaves in the completed picture, (H, W), in sRGB 0..1."""
-    in_light, in_shadow = np.zeros((2, *gbuffer.size), np.float32)
-    brightest = complete_guided(gbuffer, "color", in_light).max(axis=-1)
-    guided_alpha(gbuffer, in_shadow)
-    shown = (to_srgb(brightest + in_light) - to_srgb(brightest - in_light)) / 2 + in_shadow
-    return np.asarray(shown, np.float32)
+    guides = gbuffer.guides
+    assert guides is not None
+    ground = None if guides.ground is None else guides.ground.planes
+    noise = np.empty(gbuffer.size, np.float32)
+    _core.noise_shown(gbuffer.layout.core, gbuffer.planes, guides.layout.core, guides.planes, ground, noise)
+    return noise
 
 
 def smoothed(

@@ -35,13 +35,6 @@ MOST_SAMPLES = 64
 PATHS_OF_SAMPLE = 4
 """Light paths for each sample; they also antialias edges."""
 
-VISIBLE_NOISE = 1 / 255
-"""Standard deviation, in sRGB 0..1."""
-
-MAX_PASSES = 4
-"""Passes over pixels with visible noise. Mean square errors of three pictures fall by 20 to 34 % in 5 to 30 % more
-time; with 8 passes, by another 4 to 9 %."""
-
 MOST_ACROSS = 2**31 - 1
 """Maximum number of rays in a row or a column of the picture: the core counts them in int32."""
 
@@ -180,11 +173,11 @@ def light_to_be_seen(
     gbuffer = traced_light(tracer, fraction, order, seed, progress)
     if fraction < 1:
         return gbuffer
-    pixels = np.argwhere(noise_shown(gbuffer) > VISIBLE_NOISE).astype(np.int32, order="C")
+    pixels = np.argwhere(noise_shown(gbuffer) > _core.VISIBLE_NOISE).astype(np.int32, order="C")
     if len(pixels) == 0:
         return gbuffer
     planes = np.array(gbuffer.planes)
-    for passes in range(1, MAX_PASSES):
+    for passes in range(1, _core.NOISY_PASSES):
         means = averaged(tracer(pixels), pixels, planes, gbuffer.layout, passes)
         scatter(means, pixels, planes, gbuffer.layout)
     return GBuffer.from_stack(planes, gbuffer.layout, gbuffer.guides, gbuffer.is_display_referred)
