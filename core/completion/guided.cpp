@@ -424,10 +424,11 @@ void complete_light(const Layout& known, const float* planes, const Layout& guid
                     int height, int width, float* color, float* alpha, float* noise) {
     const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     const float* const coverage = guides + static_cast<std::size_t>(guides_layout.place_of(channels::mask)) * size;
-    std::vector<float> in_shadow(size);
+    std::vector<float> in_shadow(noise ? size : 0);
     complete_guided(known, planes, guides_layout, guides, channels::color, height, width, true, color, noise);
-    if (ground) complete_alpha(known, planes, coverage, ground, height, width, alpha, in_shadow.data());
+    if (ground) complete_alpha(known, planes, coverage, ground, height, width, alpha, noise ? in_shadow.data() : nullptr);
     else std::copy_n(coverage, size, alpha);
+    if (!noise) return;
     const auto shown = [](float light) { return to_srgb(std::clamp(light, 0.f, 1.f)); };
     for (std::size_t i = 0; i < size; ++i) {
         const float brightest = std::max({color[i], color[size + i], color[2 * size + i]});

@@ -39,9 +39,9 @@ void complete_alpha(const Layout& known, const float* planes, const float* cover
 
 /// Completes a picture of light, with `covered_only`: color, (3, height, width), and alpha, (height, width).
 ///
-/// ground: as in `complete_alpha`, or null; noise: (height, width), receives the standard deviation that noise leaves in the displayed
-/// picture, in sRGB 0..1.
+/// ground: as in `complete_alpha`, or null; noise: (height, width) or null, receives the standard deviation that noise leaves in the
+/// displayed picture, in sRGB 0..1.
 void complete_light(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const float* ground,
-                    int height, int width, float* color, float* alpha, float* noise);
+                    int height, int width, float* color, float* alpha, float* noise = nullptr);
 
 }  // namespace bob

@@ -111,10 +111,11 @@ void MovingLight::complete(bool is_smooth, float* color, float* alpha) {
     static const Layout guides{channels::mask, channels::depth, channels::normal, channels::albedo};
     const Layout& layout = LightHistory::layout();
     const float* const ground = surfaces().ground;
-    std::vector<float> planes(LightHistory::plane_count * pixels()), noise(pixels());
+    const bool asks_for_noise = is_at_rest_ && left_ == 0 && !is_noise_known_;
+    std::vector<float> planes(LightHistory::plane_count * pixels()), noise(asks_for_noise ? pixels() : 0);
     write(planes.data());
-    complete_light(layout, planes.data(), guides, planes_.data(), ground, height_, width_, color, alpha, noise.data());
-    if (is_at_rest_ && left_ == 0 && !is_noise_known_) wait_for_more(noise);
+    complete_light(layout, planes.data(), guides, planes_.data(), ground, height_, width_, color, alpha, asks_for_noise ? noise.data() : nullptr);
+    if (asks_for_noise) wait_for_more(noise);
     if (is_smooth) smooth_edges(edges_, hits_.data(), hits_of_edge(), planes_.data(), ground, height_, width_, color, alpha);
 }
 
