@@ -54,13 +54,13 @@ void MovingLight::rest() {
 std::vector<MovingLight::Wanted> MovingLight::next(std::size_t count) {
     const auto seed = static_cast<std::uint32_t>(seed_ + frames_++);
     std::vector<Wanted> wanted;
-    if (is_noise_known_ && left_ > 0) {
+    if (is_noise_known_ && left_ > 0) {  // pass by pass
+        std::uint32_t fewest = ~0u;
         for (std::size_t i = 0; i < pixels(); ++i) {
-            if (waits(i)) wanted.push_back({{static_cast<int>(i) / width_, static_cast<int>(i) % width_}, drawn_[i]});
+            if (waits(i)) fewest = std::min(fewest, drawn_[i]);
         }
-        if (wanted.size() > count) {  // pass by pass
-            std::ranges::stable_sort(wanted, {}, &Wanted::drawn);
-            wanted.resize(count);
+        for (std::size_t i = 0; i < pixels() && wanted.size() < count; ++i) {
+            if (waits(i) && drawn_[i] == fewest) wanted.push_back({{static_cast<int>(i) / width_, static_cast<int>(i) % width_}, fewest});
         }
         return wanted;
     }

@@ -271,15 +271,13 @@ public:
     /// Starts paths at a place in the picture, in the next slots: one for each sequence.
     void add(float row, float column, std::span<const PixelSequence> sequences) {
         auto slot = static_cast<std::uint32_t>(sequences_.size());
-        sequences_.insert(sequences_.end(), sequences.begin(), sequences.end());
-        places_.insert(places_.end(), sequences.size(), {row, column});
+        for (const PixelSequence& sequence : sequences) sequences_.push_back(sequence), places_.push_back({row, column});
         Ray ray;
         if (!lighting_.sees(projection_, row, column, ray)) return;
-        first_rays_.insert(first_rays_.end(), sequences.size(), rays_.size());
         rays_.push_back(ray), widths_.push_back(width_ / length(ray.direction)), wants_.push_back(1);
         Path path;
         path.left = lights_.bounces, path.media = media_;
-        for (; slot < sequences_.size(); ++slot) path.slot = slot, paths_.push_back(path);
+        for (; slot < sequences_.size(); ++slot) path.slot = slot, paths_.push_back(path), first_rays_.push_back(rays_.size() - 1);
     }
 
     void go() {
