@@ -229,14 +229,14 @@ def test_rays_that_only_touch_are_told(tmp_path, capsys):
 )
 def test_broken_formulas_get_one_line(name, content, message, tmp_path, capsys):
     (tmp_path / name).write_text(content)
-    start = time.process_time()
+    start = time.monotonic()
     for command in (["render", "--size", "16x16", "-o", str(tmp_path / "out.png")], ["info"]):
         assert cli.main([command[0], str(tmp_path / name), *command[1:]]) == 2
         printed = capsys.readouterr()
         assert printed.out == ""
         assert printed.err.startswith(f"bobrossnet: error: {message}")
         assert printed.err.count("\n") == 1
-    assert time.process_time() - start < 20
+    assert time.monotonic() - start < 20
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
@@ -374,9 +374,9 @@ def broken_files():
 @pytest.mark.parametrize("file", broken_files(), ids=lambda file: file.name)
 def test_broken_files_render_or_get_one_line(file, tmp_path, capsys):
     """The table in test_files.py has the expected results; here nothing else may happen."""
-    start = time.process_time()
+    start = time.monotonic()
     status = cli.main(["render", str(file), "--size", "64x48", "-o", str(tmp_path / "out.png")])
-    assert time.process_time() - start < 10
+    assert time.monotonic() - start < 10
     errors = capsys.readouterr().err
     assert status in (0, 2)
     if status == 0:

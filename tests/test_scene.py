@@ -275,11 +275,11 @@ def test_100_000_places_are_a_matter_of_seconds(kind):
     places = [
         bob.Instance(shape, rotation(i, (1, i % 7, i % 5))).translate((i % 50, i // 50 % 50, i)) for i in range(1000)
     ]
-    start = time.process_time()
+    start = time.perf_counter()
     scene = bob.Scene(places * 100)
     assert len(scene.boxes) == 100_000
     bob.trace(scene, size=(30, 40))  # coincident instances aren't hit
-    assert time.process_time() - start < 10
+    assert time.perf_counter() - start < 10
 
 
 def test_scenes_of_too_many_instances_are_refused_at_once():

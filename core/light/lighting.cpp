@@ -544,8 +544,11 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
                 sequences.emplace_back(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
             }
             const auto down = static_cast<float>(row), right = static_cast<float>(column);
-            if (!draws.apart) paths.add(down, right, sequences);
-            for (const PixelSequence& sequence : std::span(sequences).first(draws.apart ? count : 0)) {
+            if (!draws.apart) {
+                paths.add(down, right, sequences);
+                continue;
+            }
+            for (const PixelSequence& sequence : sequences) {
                 const auto [off_down, off_right, u, v] = sequence(0);
                 paths.add(down + (off_down - 0.5f), right + (off_right - 0.5f), {&sequence, 1});
             }
