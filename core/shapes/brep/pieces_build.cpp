@@ -285,7 +285,7 @@ private:
         if (!is_last && (!fit.has_area() || fit.size() < narrowest) && width(part) < narrowest) return;
         // A part without area may be a strip, and cutting it across its width would leave invisible halves.
         int along = fit.has_area() ? fit.bend[1] > fit.bend[0] : side(part, 1) > side(part, 0);
-        if (part.halvings[along] == max_halvings) along = 1 - along;
+        if (fit.has_area() && part.halvings[along] == max_halvings) along = 1 - along;
         if (is_last || fit.is_flat || fit.size() < smallest || part.halvings[along] == max_halvings ||
             pieces_.size() >= max_pieces) {
             return emit(part, fit, coverage == TrimRegion::Coverage::some);

@@ -141,7 +141,7 @@ public:
     }
 
 private:
-    static constexpr int most_parts = 1000;
+    static constexpr int most_parts = 1 << 16;  // more than a needle's part needs; fewer let rays pass
     static constexpr float smallest = 5e-7f;  // a smaller part is treated as a point
 
     [[nodiscard]] bool is_behind(const Net& net) const {
