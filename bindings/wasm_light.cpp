@@ -1,7 +1,10 @@
-/// Light in the WebAssembly modules: the studio around a scene, and its pictures.
+/// Light in the WebAssembly modules: the studio or a scene's own lights around it, and its pictures.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "frame/light_pace.h"
@@ -16,22 +19,40 @@ struct PageLight {
     bob::LightPace pace;
 };
 
-/// The studio of a camera's azimuth in degrees, with a ground below the scene.
-bob::Lights studio_of(double azimuth, double radius) {
-    bob::Lights lights = bob::studio(azimuth);
-    lights.has_ground = true, lights.radius = radius;
-    return lights;
+PageLight* light_in(const bob::Scene& scene, bob::Lights lights, bool has_ground, double radius) {
+    lights.has_ground = has_ground, lights.radius = radius;
+    return new PageLight{{scene, std::move(lights), 0}, {}};
 }
+
+/// A sky's numbers, in order; `turn` in radians.
+struct PageSky {
+    bob::Vec3 top, bottom;
+    float turn;
+};
 
 using Wanted = bob::MovingLight::Wanted;
 using Traced = bob::LightHistory::Traced;
 static_assert(sizeof(Wanted) == 3 * sizeof(std::int32_t) && sizeof(Traced) == 7 * sizeof(float));
+static_assert(sizeof(bob::DiscLight) == 7 * sizeof(float) && sizeof(PageSky) == 7 * sizeof(float));
 
 }  // namespace
 
-/// The scene lives longer. azimuth: of the camera that the studio is set up for, in degrees; radius: of the scene, in its units.
-EXPORT(make_light) PageLight* make_light(const bob::Scene* scene, double azimuth, double radius) {
-    return attempt([&] { return new PageLight{{*scene, studio_of(azimuth, radius), 0}, {}}; });
+/// The studio, set up for a camera of this azimuth, in degrees. The scene lives longer; radius: of the scene, in its units.
+EXPORT(make_studio) PageLight* make_studio(const bob::Scene* scene, double azimuth, bool has_ground, double radius) {
+    return attempt([&] { return light_in(*scene, bob::studio(azimuth), has_ground, radius); });
+}
+/// A scene's own lights: `count` discs and a sky, whose environment is (height, width, 3) linear radiance, or has no rows.
+EXPORT(make_lights)
+PageLight* make_lights(const bob::Scene* scene, const bob::DiscLight* discs, std::size_t count, const PageSky* sky, const float* environment,
+                       std::int32_t height, std::int32_t width, bool has_ground, double radius) {
+    return attempt([&] {
+        bob::Lights lights{{discs, discs + count}, {sky->top, sky->bottom, {}, std::cos(sky->turn), std::sin(sky->turn)}};
+        if (height > 0) {
+            const std::size_t texels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+            lights.sky.environment = std::make_shared<bob::Environment>(std::span(reinterpret_cast<const bob::Vec3*>(environment), texels), height, width);
+        }
+        return light_in(*scene, std::move(lights), has_ground, radius);
+    });
 }
 EXPORT(free_light) void free_light(PageLight* light) { delete light; }
 

@@ -76,6 +76,18 @@ def ball():
     return bob.Scene(bob.sdf.sphere(1.0) - bob.sdf.sphere(0.6).translate((0.6, 0, 0.5)))
 
 
+def light_of_day():
+    """Return a sun and a sky, for a scene on the ground."""
+    return [bob.Light((1, -1, 1.5), angle=4, color="#ffe9d0"), bob.Sky("#89b", "#443", intensity=0.6)]
+
+
+def environment():
+    """Return a sky that is bright and red on one side."""
+    image = np.full((16, 32, 3), 0.2)
+    image[3:8, 4:10] = (6, 1, 0.5)
+    return bob.Sky(image=image, turn=30, intensity=0.8)
+
+
 @pytest.fixture(scope="module")
 def folder(viewer, tmp_path_factory):
     """Return a folder with the page's files and scenes."""
@@ -117,6 +129,13 @@ def settled(page):
     return np.asarray(picture_at(address).convert("RGBA"))
 
 
+OWN = {
+    "day": lambda: bob.Scene(ball(), light=light_of_day(), ground=True),
+    "environment": lambda: bob.Scene(meshes(), light=environment()),
+    "studio": lambda: bob.Scene(ball(), light="studio", ground=False),
+}
+
+
 def premultiplied(rgba):
     return rgba[..., :3] * (rgba[..., 3:] / 255), rgba[..., 3].astype(float)
 
@@ -127,6 +146,19 @@ def assert_same(shown, expected):
         apart = np.abs(own - other)
         assert apart.mean() < 0.05, apart.mean()
         assert (apart > 8).mean() < 1e-3, (apart > 8).mean()
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_scene_files_have_their_own_lights(shown, folder, name):
+    scene = OWN[name]()
+    bob.save_scene(scene, folder / f"{name}.bob")
+    page = shown(f'src="{name}.bob" {LITTLE}', SHARING)
+    assert_same(settled(page), bob.render(scene, size=(HEIGHT, WIDTH)))
+    page.evaluate(f"() => {VIEW}.light = 'headlight'")
+    headlit = bob.render(scene, size=(HEIGHT, WIDTH), light="headlight").rgba
+    assert np.abs(settled(page).astype(float) - headlit).mean() < 0.5
+    page.evaluate(f"() => {VIEW}.light = null")
+    assert_same(settled(page), bob.render(scene, size=(HEIGHT, WIDTH)))
 
 
 @pytest.mark.parametrize("headers", [{}, SHARING], ids=["alone", "shared"])
@@ -212,7 +244,7 @@ def test_unknown_lights_are_named(shown):
     page = shown(f'src="two.bob" {LITTLE}')
     settled(page)
     page.evaluate(f"() => {{ {VIEW}.light = 'sun'; }}")
-    assert page.inner_text("bob-view #wrong") == "light: expected headlight or studio, got sun"
+    assert page.inner_text("bob-view #wrong") == "light: expected scene, headlight or studio, got sun"
     settled(page)
 
 

@@ -27,7 +27,7 @@
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
  * | `background` | any CSS background, or "transparent"; black by default |
  * | `exposure` | factor of the light, 1 by default |
- * | `light` | "studio": a soft key light from the upper left, and shadows on a ground; by default a headlight |
+ * | `light` | "scene", the default: the lights of a scene file, otherwise the headlight; "headlight"; "studio": a soft key light from the upper left, and shadows on a ground |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
  * | `samples` | maximum number of rays in a pixel at an edge, at rest, as in bobrossnet.render: 4, or 1 for unsmoothed edges |
  * | `workers` | number of tracing threads; by default the number of processors |
@@ -72,7 +72,7 @@ import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } fro
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
-const LIGHTS = ["headlight", "studio"];
+const LIGHTS = ["scene", "headlight", "studio"];
 const REACH = 10; // CSS pixels, within which clicks snap
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
@@ -185,7 +185,7 @@ class BobViewElement extends Parent {
       failed: (message) => this.#fail(message),
     });
     this.#viewing.schedule.side = this.#side;
-    this.#viewing.light(this.#isLit);
+    this.#viewing.light(this.#light);
     this.#viewing.change({ camera: this.#camera, cutaway: this.#cutaway });
     this.#draw();
     this.show(this.#showing);
@@ -252,8 +252,8 @@ class BobViewElement extends Parent {
       if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
       else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
     } else if (name === "light") {
-      this.#viewing?.light(this.#isLit);
-      if (value !== null && !LIGHTS.includes(value)) this.#fail(`light: expected ${LIGHTS.join(" or ")}, got ${value}`);
+      this.#viewing?.light(this.#light);
+      if (value !== null && !LIGHTS.includes(value)) this.#fail(`light: expected ${LIGHTS.slice(0, -1).join(", ")} or ${LIGHTS.at(-1)}, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
       this.show({ isTransparent: value !== null });
@@ -651,8 +651,10 @@ class BobViewElement extends Parent {
     return samples >= 1 ? Math.min(8, Math.floor(Math.sqrt(samples))) : Math.sqrt(SAMPLES);
   }
 
-  get #isLit() {
-    return this.getAttribute("light") === "studio";
+  /** @returns {import("./viewing.js").LightName} */
+  get #light() {
+    const light = this.getAttribute("light") ?? "";
+    return LIGHTS.includes(light) ? /** @type {import("./viewing.js").LightName} */ (light) : "scene";
   }
 
   /** The size of the picture at rest: device pixels. */

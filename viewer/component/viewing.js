@@ -11,6 +11,8 @@
  * @typedef {import("../workers/crew.js").CoreName} CoreName
  * @typedef {import("../workers/pool.js").Pool} Pool
  *
+ * @typedef {"scene" | "headlight" | "studio"} LightName scene: its own lights, otherwise the headlight
+ *
  * @typedef {object} Told Callbacks
  * @property {(summary: Summary) => void} opened a new scene; its first picture follows
  * @property {(picture: Picture, repainted: boolean) => void} picture displays it; repainted: it is the last one in
@@ -55,6 +57,10 @@ export class Viewing {
     return this.isLit || this.#usesEdges;
   }
   #usesEdges = false;
+  /** Whether the displayed scene has lights of its own. */
+  isSceneLit = false;
+  /** @type {LightName} */
+  #light = "scene";
   /** When the user moved it, until its picture is exact: it comes first. */
   movedAt = -Infinity;
   isSeen = false;
@@ -142,7 +148,11 @@ export class Viewing {
     try {
       const opened = await crew.open(this, scene.open);
       if (scene !== this.#opening || !opened) return;
-      if (scene === this.#coming) this.#told.opened(opened.result);
+      if (scene === this.#coming) {
+        this.isSceneLit = opened.result.isLit;
+        this.#chooseLights();
+        this.#told.opened(opened.result);
+      }
       this.#scene = scene;
       this.#opening = this.#coming = undefined;
       this.#begin(opened.pool);
@@ -281,6 +291,8 @@ export class Viewing {
     });
     if (!opened || pool !== crew.poolOf(this)) return null;
     this.#scene = { open, resolve: () => {}, reject: () => {} };
+    this.isSceneLit = false;
+    this.#chooseLights();
     this.#begin(pool);
     return opened;
   }
@@ -315,12 +327,19 @@ export class Viewing {
     this.#ask();
   }
 
-  /** Replaces the headlight by the studio, set up for the current camera, or the reverse. @param {boolean} isLit */
-  light(isLit) {
-    if (isLit === this.isLit) return;
-    this.schedule.isLit = isLit;
-    this.schedule.relight();
-    this.change({});
+  /** Replaces the light; a studio is set up for the current camera. @param {LightName} light */
+  light(light) {
+    this.#light = light;
+    if (this.#chooseLights()) this.change({});
+  }
+
+  /** @returns {boolean} whether the lights are others */
+  #chooseLights() {
+    const { schedule } = this, before = schedule.lights;
+    schedule.lights = this.#light === "studio" ? "studio" : this.#light === "scene" && this.isSceneLit ? "own" : null;
+    if (schedule.lights === before) return false;
+    schedule.relight();
+    return true;
   }
 
   /** Draws lines at visible edges. @param {number} thickness in pixels; 0 for no lines */
@@ -407,4 +426,4 @@ export class Viewing {
 
 /** @param {number} id of the viewing @param {string} text of a script @returns {Scene["open"]} */
 const running = (id, text) => async (pool) => (
-  { script: text, hasFront: false, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });
+  { script: text, hasFront: false, isLit: false, warnings: await pool.open(id, { shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] }) });

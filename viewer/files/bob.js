@@ -9,6 +9,7 @@ import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";
 import { WHITE } from "../tracing/description.js";
+import { ENVIRONMENT, readLights } from "./lights.js";
 import { readContainer, readTensor } from "./safetensors.js";
 import { Pictures } from "./surface.js";
 
@@ -20,7 +21,7 @@ import { Pictures } from "./surface.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6", "7"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5", "6", "7", "8"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -87,19 +88,20 @@ export async function readBob(core, bytes) {
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const instances = checkList("instances", content.instances);
   core.made("check_instances", "instances", instances.length);
-  const kinds = checkList("shapes", content.shapes);
+  const kinds = checkList("shapes", content.shapes), { [ENVIRONMENT]: image, ...ofShapes } = entries;
+  const { lights, warnings } = readLights(metadata.light, image && checkedTensor(container, ENVIRONMENT, image, "F32", [null, null, 3]), image?.shape);
   /** @type {ShapeDescription[]} */
   const shapes = [], pictures = new Pictures();
   kinds.forEach((kind, i) => placedErrors(`shapes[${i}]`, () => {
-    const shape = readTensors(kind, ownTensors(i, entries), container);
+    const shape = readTensors(kind, ownTensors(i, ofShapes), container);
     if (kind === "mesh") share(shape, shapes, pictures);
     checkShape(core, shape);
     shapes.push(shape);
   }));
-  checkNames(entries, kinds.length);
+  checkNames(ofShapes, kinds.length);
   const { unit, hasFront, pieces } = readParts(metadata.parts, instances.length);
   return {
-    shapes, unit, hasFront, instances: instances.map((item, i) => ({ ...readInstance(core, `instances[${i}]`, item, shapes.length), pieces: pieces[i] })),
+    shapes, unit, hasFront, lights, warnings, instances: instances.map((item, i) => ({ ...readInstance(core, `instances[${i}]`, item, shapes.length), pieces: pieces[i] })),
   };
 }
 

@@ -1,9 +1,9 @@
 // @ts-check
-/** The control of the light: the camera's headlight or the studio. */
+/** The control of the light: the scene's own lights if it has some, the camera's headlight, or the studio. */
 
-const HEADLIGHT = "headlight";
+/** @typedef {import("../component/viewing.js").LightName} LightName */
 
-/** Behind the studio's shadows, unless the page has a background. */
+/** Behind shadows, unless the page has a background. */
 const PAPER = "linear-gradient(#fff, #dde2e8)";
 
 export class LightControl {
@@ -12,10 +12,13 @@ export class LightControl {
   #stage;
   /** Display modes that need the exact picture of the headlight. */
   #modes;
+  /** @type {LightName} */
+  #light = "scene";
+  #isSceneLit = false;
 
   /**
    * @param {HTMLElement} picture a <bob-view>
-   * @param {HTMLSelectElement} select
+   * @param {HTMLSelectElement} select its first option is the scene's lights
    * @param {HTMLElement} stage behind the picture
    * @param {HTMLInputElement[]} modes radio buttons
    */
@@ -28,16 +31,27 @@ export class LightControl {
     select.addEventListener("change", () => (this.light = select.value));
   }
 
-  /** The attribute `light`; an unknown one is the headlight. @returns {string} */
+  /** The attribute `light`; "scene" if that is the same. An unknown one is "scene". @returns {string} */
   get light() {
-    return this.#select.value;
+    return this.#light === "headlight" && !this.#isSceneLit ? "scene" : this.#light;
   }
 
   set light(value) {
-    this.#select.value = value;
-    const isLit = this.#select.selectedIndex > 0;
-    if (!isLit) this.#select.value = HEADLIGHT;
-    this.#picture.setAttribute("light", this.light);
+    this.#light = value === "studio" || value === "headlight" ? value : "scene";
+    this.#picture.setAttribute("light", this.#light);
+    this.#show();
+  }
+
+  /** A scene was opened. @param {boolean} isLit whether it has lights of its own */
+  opened(isLit) {
+    this.#isSceneLit = isLit;
+    this.#select.options[0].hidden = !isLit;
+    this.#show();
+  }
+
+  #show() {
+    const isOwn = this.#light === "scene" && this.#isSceneLit, isLit = isOwn || this.#light === "studio";
+    this.#select.value = isLit ? this.#light : "headlight";
     for (const mode of this.#modes) {
       mode.disabled = isLit;
       if (isLit && mode.checked) /** @type {HTMLElement} */ (document.querySelector('input[value="completed"]')).click();

@@ -3,7 +3,7 @@
  * The page: its elements, and their connection to its state. Nothing here blocks; workers do all long work.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's
- * size in pixels, `?samples=1` leaves edges unsmoothed, `?light=studio` is the light, and `?workers=1` is the number of
+ * size in pixels, `?samples=1` leaves edges unsmoothed, `?light=studio` or `headlight` is the light, and `?workers=1` is the number of
  * tracing threads. The body may set the field of view, light and background of all pictures by `data-field-of-view`,
  * `data-light` and `data-background`, in the notation of <bob-view>.
  */
@@ -47,7 +47,7 @@ const state = createState(), kept = new Kept();
 
 const picture = new BobView();
 picture.id = "picture";
-const { fieldOfView, background, light = "headlight" } = document.body.dataset;
+const { fieldOfView, background, light = "scene" } = document.body.dataset;
 for (const [name, value] of Object.entries({
   "picture-size": query.get("size"), samples: query.get("samples"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
 })) if (value) picture.setAttribute(name, value);
@@ -129,6 +129,7 @@ const opening = new Opening(state, viewing, {
   opened: () => {
     const { title, script = "", edited } = state.scene;
     picture.begun();
+    lighting.opened(viewing.isSceneLit);
     sections.opened();
     parts.opened();
     picture.alt = `Picture of ${title}`;
@@ -278,7 +279,7 @@ save.addEventListener("click", async () => {
 /** A link to this page with its scene and camera. */
 async function link() {
   const { gallery, script } = state.scene;
-  const light = lighting.light === "headlight" ? undefined : lighting.light;
+  const light = lighting.light === "scene" ? undefined : lighting.light;
   const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: picture.camera, light });
   return new URL(fragment, location.href).href;
 }

@@ -12,7 +12,7 @@
  *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
  *   default; number: in the order of the file, by default its index in the array
  * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[], unit?: string | null,
- *   hasFront?: boolean}} SceneDescription
+ *   hasFront?: boolean, lights?: import("./light.js").SceneLights | null}} SceneDescription
  *   warnings: parts of a file left out or shown differently, a line each; unit: of lengths, such as "mm";
  *   hasFront: whether -y is known to be the front
  */
@@ -42,7 +42,7 @@ export function sceneOf(shape, name = null) {
 export function together(scenes) {
   if (scenes.length === 1) return scenes[0];
   const [{ unit = null }] = scenes, isOneUnit = scenes.every((scene) => (scene.unit ?? null) === unit);
-  /** @type {Required<SceneDescription>} */
+  /** @type {Required<Omit<SceneDescription, "lights">>} */
   const all = { shapes: [], instances: [], warnings: [], unit: isOneUnit ? unit : null, hasFront: scenes.some((scene) => scene.hasFront) };
   for (const { shapes, instances, warnings = [] } of scenes) {
     const before = all.shapes.length, first = all.instances.length;

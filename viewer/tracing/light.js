@@ -1,11 +1,16 @@
 // @ts-check
 /**
- * The light of a scene under a moving camera, as core/frame/moving_light.h: the studio around the scene, and a ground that
- * shows its shadows. Only modules with lights have it.
+ * The light of a scene under a moving camera, as core/frame/moving_light.h: the studio or the scene's own lights, and a
+ * ground that shows shadows. Only modules with lights have it.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
- * @typedef {{azimuth: number}} Studio set up for a camera of this azimuth, in degrees
+ * @typedef {{height: number, width: number, texels: Float32Array}} Environment texels: (height, width, 3) linear radiance
+ * @typedef {{discs: number[], sky: number[], environment: Environment | null}} Lights
+ *   discs: (n, 7), direction, height and colour of each as DiscLight in the core; sky: top, bottom, and the turn in radians
+ * @typedef {{lights: "headlight" | "studio" | Lights, ground: boolean}} SceneLights as a scene file has them
+ * @typedef {{isOwn: boolean, azimuth: number}} Choice isOwn: the scene's own lights; otherwise the studio; azimuth: of the
+ *   camera that the studio is set up for, in degrees
  */
 import { cameraValues } from "../picture/camera.js";
 
@@ -15,15 +20,34 @@ const WANTED = 3;
 /** Numbers of a traced one. */
 const TRACED = 7;
 
+/** Numbers of a disc. */
+const DISC = 7;
+
+/** @type {SceneLights} */
+const STUDIO = { lights: "studio", ground: true };
+
 export class Light {
   #scene;
   #handle;
 
-  /** @param {import("./scene.js").Scene} scene lives longer @param {Studio} studio */
-  constructor(scene, { azimuth }) {
+  /** @param {import("./scene.js").Scene} scene lives longer @param {Choice} choice */
+  constructor(scene, choice) {
     this.#scene = scene;
-    this.azimuth = azimuth;
-    this.#handle = scene.core.made("make_light", scene.handle, azimuth, scene.sphere.radius);
+    this.choice = choice;
+    const { core, handle, sphere: { radius }, lights: own } = scene;
+    const { lights, ground } = own && (choice.isOwn || own.lights === "studio") ? own : STUDIO;
+    if (typeof lights === "string") {
+      this.#handle = core.made("make_studio", handle, choice.azimuth, Number(ground), radius);
+      return;
+    }
+    const { discs, sky, environment } = lights, { height = 0, width = 0, texels = new Float32Array(0) } = environment ?? {};
+    this.#handle = core.made("make_lights", handle, new Float32Array(discs), discs.length / DISC, new Float32Array(sky), texels, height, width,
+      Number(ground), radius);
+  }
+
+  /** Whether it is of this choice. @param {Choice} choice */
+  is({ isOwn, azimuth }) {
+    return isOwn === this.choice.isOwn && azimuth === this.choice.azimuth;
   }
 
   get #core() {

@@ -52,14 +52,16 @@ export class Scene {
    * @param {string[]} [warnings] about the shapes
    * @param {Label[]} [labels] of the instances
    * @param {string | null} [unit]
+   * @param {import("./light.js").SceneLights | null} [lights] its own
    */
-  constructor(core, instances, warnings = [], labels = [], unit = null) {
+  constructor(core, instances, warnings = [], labels = [], unit = null, lights = null) {
     const joined = (/** @type {"transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
     this.core = core;
     this.warnings = warnings;
     this.labels = labels;
     this.unit = unit;
+    this.lights = lights;
     let whole = 0;
     const [x, y, z, radius] = core.filled(new Float64Array(4), (sphere) => {
       whole = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
@@ -317,7 +319,7 @@ export class Scene {
  * @returns {Scene} the caller frees it
  * @throws {CoreError} of one line, if a shape has no surface, is unbounded, or is invalid
  */
-export function buildScene(core, { shapes: descriptions, instances, unit }) {
+export function buildScene(core, { shapes: descriptions, instances, unit, lights }) {
   if (!instances.length) throw new CoreError("shapes: expected at least one shape, got none");
   /** @type {Shape[]} */
   const shapes = [];
@@ -334,7 +336,7 @@ export function buildScene(core, { shapes: descriptions, instances, unit }) {
     });
     return new Scene(core, instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
       return { shape: shapes[shape], transform, material: materialValues(material) };
-    }), [...warnings], instances.map(({ number, name = null, pieces = [], shape }, i) => ({ number: number ?? i, name, pieces, ...kindOf(descriptions[shape]) })), unit);
+    }), [...warnings], instances.map(({ number, name = null, pieces = [], shape }, i) => ({ number: number ?? i, name, pieces, ...kindOf(descriptions[shape]) })), unit, lights);
   } finally {
     for (const shape of shapes) shape.free();
     for (const picture of pictures.all) core.call("free_picture", picture);

@@ -4,11 +4,11 @@
  * picture along its surfaces; where light goes is decided in the core.
  *
  * @typedef {import("./tracer.js").Batch} Batch
- * @typedef {import("../tracing/light.js").Studio} Studio
+ * @typedef {import("../tracing/light.js").Choice} Choice
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  *
- * @typedef {{camera: Camera, size: Size, studio: Studio, wanted: Int32Array, paths: number, seed: number}} Paths
+ * @typedef {{camera: Camera, size: Size, lights: Choice, wanted: Int32Array, paths: number, seed: number}} Paths
  *   a slice: pixels (n, 3), as from Light.next, and paths through each
  * @typedef {{
  *   kind: "lit", batch: Batch, planes: Float32Array<ArrayBuffer>, mask: Float32Array, traced: number, isLast: boolean,
@@ -48,24 +48,24 @@ export class SceneLight {
     this.#scene = scene;
   }
 
-  /** @param {Studio} studio */
-  #of(studio) {
-    if (this.#light?.azimuth !== studio.azimuth) {
+  /** @param {Choice} choice */
+  #of(choice) {
+    if (!this.#light?.is(choice)) {
       this.free();
-      this.#light = new Light(this.#scene, studio);
+      this.#light = new Light(this.#scene, choice);
     }
     return /** @type {Light} */ (this.#light);
   }
 
   /** Traces another tracer's slice. @param {Paths} slice @returns {Float32Array} */
-  trace({ studio, wanted, paths, seed, camera, size }) {
-    return this.#of(studio).trace(wanted, paths, seed, camera, size);
+  trace({ lights, wanted, paths, seed, camera, size }) {
+    return this.#of(lights).trace(wanted, paths, seed, camera, size);
   }
 
   /** @param {import("./tracer.js").Circumstances} circumstances @returns {import("./tracer.js").Work} */
   work({ batch, lent, others, begin }) {
     const { camera, height, width, side, rests, parts, thickness } = batch, size = { height, width };
-    const studio = /** @type {Studio} */ (batch.studio), light = this.#of(studio);
+    const lights = /** @type {Choice} */ (batch.lights), light = this.#of(lights);
     if (this.#view !== batch.view) light.move(camera, size);
     if (rests) light.rest();
     this.#view = batch.view;
@@ -84,7 +84,7 @@ export class SceneLight {
         const inTime = light.pixelMs > 0 ? lent * SLICE_MS / light.pixelMs : LEAST;
         const share = others > 0 ? left / (AHEAD * parts) : left, own = Math.ceil(Math.max(LEAST, Math.min(share, inTime)));
         const slice = wanted.slice(3 * dealt, 3 * (dealt += Math.min(left, own)));
-        return { camera, size, studio, wanted: slice, paths, seed };
+        return { camera, size, lights, wanted: slice, paths, seed };
       },
       keep({ slice, values }) {
         if ("rows" in slice) {

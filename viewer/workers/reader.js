@@ -4,9 +4,9 @@
  * page. The first tracer gets it first; once that can show it, the others do.
  *
  * @typedef {import("../shapes/affine.js").Matrix} Matrix
- * @typedef {{script: string | null, warnings: string[], hasFront: boolean}} Summary
+ * @typedef {{script: string | null, warnings: string[], hasFront: boolean, isLit: boolean}} Summary
  *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each; hasFront:
- *   whether -y is known to be the scene's front
+ *   whether -y is known to be the scene's front; isLit: whether it has lights of its own
  * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], turn: Matrix | null, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
  *   source: a file, or its address; beside: files opened together with it; turn: the rotation of the file's scene; port: to
@@ -56,7 +56,8 @@ async function read({ name, source, beside, turn, port, module }) {
     port.postMessage(scene);
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !turn ? shape.source : null;
-    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [], hasFront: scene.hasFront ?? false }, bytes });
+    const { warnings = [], hasFront = false, lights } = scene;
+    reply({ kind: "read", summary: { script, warnings, hasFront, isLit: Boolean(lights && lights.lights !== "headlight") }, bytes });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
   }

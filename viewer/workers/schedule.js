@@ -45,8 +45,8 @@ export class Schedule {
   isShared = false;
   /** Side of the grid of rays in pixels at edges of a resting view; 1 leaves edges as they are. */
   side = 2;
-  /** Whether lights replace the headlight. */
-  isLit = false;
+  /** The lights that replace the headlight. @type {"studio" | "own" | null} */
+  lights = null;
   /** Thickness of lines at visible edges, in pixels of the picture at rest; 0 for no lines. */
   thickness = 0;
   /** Rays per second, as last traced by all workers. */
@@ -227,6 +227,10 @@ export class Schedule {
     }
   }
 
+  get isLit() {
+    return this.lights !== null;
+  }
+
   /** Whether nothing is left to trace of a view. */
   get #isFinal() {
     if (this.isLit) return this.#left === 0 && this.#step > 0;
@@ -298,10 +302,11 @@ export class Schedule {
   /** @param {number} milliseconds for tracing @param {number} parts threads */
   #trace(milliseconds, parts) {
     this.#tracing = true;
-    const completed = this.#completed.splice(0), studio = this.isLit ? { azimuth: this.#azimuth ??= this.#camera.azimuth } : null;
+    const completed = this.#completed.splice(0);
+    const lights = this.isLit ? { isOwn: this.lights === "own", azimuth: this.#azimuth ??= this.#camera.azimuth } : null;
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
-      studio, rests: this.#step > 0,
+      lights, rests: this.#step > 0,
       cutaway: this.#cutaway, thickness: this.thickness && Math.max(this.thickness / this.#scale, THINNEST),
     });
   }

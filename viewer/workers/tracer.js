@@ -16,12 +16,12 @@
  *   pixels and lines, row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[], studio: import("../tracing/light.js").Studio | null, rests: boolean,
+ *   milliseconds: number, completed: Completed[], lights: import("../tracing/light.js").Choice | null, rests: boolean,
  *   cutaway: import("../tracing/cutaway.js").Cutaway, thickness: number
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
  *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
- *   `studio`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels
+ *   `lights`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  * @typedef {"probe" | "pick" | "snap" | "about" | "measure"} Question a method of Scene, with its values
  *

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters import lights
 from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.adapters.surface import Pictures
 from bobrossnet.shapes.implicit import Implicit
@@ -37,10 +38,10 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2", "3", "4", "5", "6", "7")
+VERSIONS = ("1", "2", "3", "4", "5", "6", "7", "8")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
-meshes, the fifth textures that meshes share, the seventh glass and
-clear coats. Scenes are written in the lowest sufficient version."""
+meshes, the fifth textures that meshes share, the sixth numbers of faces, the seventh glass and clear coats, the eighth
+environments. Scenes are written in the lowest sufficient version."""
 
 PARTS = "parts"
 """The entry of the metadata that has the unit and the tree of parts; readers may pass over it."""
@@ -134,6 +135,7 @@ def packed(scene: SceneLike) -> bytes:
     is_colored = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
         instance.shape.is_colored for instance in placed
     )
+    light, environment = lights.stored(whole)
     needs = {
         "1": True,
         "2": is_colored,
@@ -142,8 +144,12 @@ def packed(scene: SceneLike) -> bytes:
         "5": _any(tensors, f".{SHARED}"),
         "6": _any(tensors, ".face_numbers"),
         "7": any("transmission" in fields or "clearcoat" in fields for fields in materials.values()),
+        "8": environment is not None,
     }
-    data = layout(content, tensors, max(version for version in VERSIONS if needs[version]), _parts_of(whole))
+    if environment is not None:
+        tensors[lights.ENVIRONMENT] = environment
+    version = max(version for version in VERSIONS if needs[version])
+    data = layout(content, tensors, version, {PARTS: _parts_of(whole), lights.ENTRY: light})
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
@@ -203,11 +209,13 @@ def read_scene(file: Path) -> Scene:
     instances = _list("instances", content["instances"])
     if len(instances) > MAX_INSTANCES:
         raise InputError(f"instances: expected at most {MAX_INSTANCES:,}, got {len(instances):,}")
+    light, ground = lights.restored(metadata.get(lights.ENTRY), tensors.pop(lights.ENVIRONMENT, None))
     shapes = _shapes(_list("shapes", content["shapes"]), tensors)
     materials: dict[str, Material] = {}
     unit, has_front, pieces = _parts(metadata.get(PARTS), len(instances))
     made = [_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)]
-    scene = Scene([replace(one, pieces=own) if own else one for one, own in zip(made, pieces, strict=True)], unit=unit)
+    placed = (replace(one, pieces=own) if own else one for one, own in zip(made, pieces, strict=True))
+    scene = Scene(placed, light=light, ground=ground, unit=unit)
     scene.has_front = has_front
     return scene
 
@@ -349,15 +357,15 @@ def _list(place: str, value: Any) -> list[Any]:
 
 
 def layout(
-    scene: Any, tensors: Mapping[str, NDArray[Any]], version: str = VERSIONS[0], parts: dict[str, Any] | None = None
+    scene: Any, tensors: Mapping[str, NDArray[Any]], version: str = VERSIONS[0], further: Mapping[str, Any] = {}
 ) -> bytes:
-    """The file with zeros for its checksum."""
+    """The file with zeros for its checksum. Further entries of the metadata may be None."""
     metadata = {
         "sha256": "0" * 64,
         "format": FORMAT,
         "version": version,
         "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")),
-        **({} if parts is None else {PARTS: json.dumps(parts, separators=(",", ":"))}),
+        **{name: json.dumps(value, separators=(",", ":")) for name, value in further.items() if value is not None},
     }
     return tensor_file(metadata, tensors)
 

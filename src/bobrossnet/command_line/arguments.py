@@ -147,10 +147,9 @@ def add_light(parser: argparse.ArgumentParser) -> None:
     """Add --light and --ground."""
     parser.add_argument(
         "--light",
-        default="headlight",
         metavar="LIGHT",
         help="headlight, studio, or the file of an equirectangular environment: .hdr, .exr or a picture "
-        "(default: headlight)",
+        "(default: a scene file's lights, otherwise the headlight)",
     )
     parser.add_argument(
         "--ground",

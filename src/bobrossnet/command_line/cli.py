@@ -26,6 +26,7 @@ from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
     add_fov,
+    add_light,
     add_up,
     background,
     positive,
@@ -36,7 +37,6 @@ from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory
-from bobrossnet.tracing.light import HEADLIGHT
 
 USAGE_ERROR = 2
 
@@ -161,7 +161,7 @@ def parser() -> argparse.ArgumentParser:
     add_up(view)
     add_fov(view)
     add_background(view, BLACK)
-    view.add_argument("--light", default=HEADLIGHT, help="headlight or studio (default: headlight)")
+    add_light(view)
     view.add_argument(
         "--export",
         metavar="PAGE.html|DIR",
@@ -207,14 +207,14 @@ def _view(options: argparse.Namespace) -> None:
 
     from bobrossnet.page.export import export, export_file
     from bobrossnet.page.files import page_files, scene_address, title_of, tree
-    from bobrossnet.page.look import attributes
+    from bobrossnet.page.look import attributes, under
     from bobrossnet.page.server import Server
 
     limit_memory()
-    look = attributes(options.fov, background(options.background), options.light)  # checked before the files are read
     files = options.files
+    look = attributes(options.fov, background(options.background), options.light)  # checked before the files are read
     name = title_of(files[0]) if len(files) == 1 else "scene"
-    scene = scene_of(options) if files else None
+    scene = under(options.light, scene_of(options), options.ground) if files else None
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")

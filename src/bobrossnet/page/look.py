@@ -8,8 +8,9 @@ from html import escape
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.background import BLACK, Background, background_rows
-from bobrossnet.support.errors import InputError, brief
-from bobrossnet.tracing.light import HEADLIGHT, STUDIO, LightLike
+from bobrossnet.support.errors import check_flag
+from bobrossnet.tracing.light import LightLike, check_light
+from bobrossnet.tracing.lit import shows_shadows
 from bobrossnet.tracing.scene import Scene
 
 
@@ -19,21 +20,26 @@ def attributes(fov: float, background: Background, light: LightLike = None) -> d
     Raises
     ------
     InputError
-        If one is out of range, or the page does not have the light.
+        If one is out of range.
     """
-    if light not in (None, HEADLIGHT, STUDIO):
-        raise InputError(f"light: expected {HEADLIGHT} or {STUDIO} in a page, got {brief(light)}")
+    chosen = check_light(light)
     lens, behind, black = Camera(fov=fov).fov, css(background), css(BLACK)
     return {
         **({"field-of-view": f"{lens:g}deg"} if lens else {}),
         **({"background": behind} if behind != black else {}),
-        **({"light": STUDIO} if light == STUDIO else {}),
+        **({"light": chosen} if isinstance(chosen, str) else {}),
     }
 
 
-def light_in_page(scene: Scene) -> str | None:
-    """Return the light of a scene if the page has it; others are shown under the headlight."""
-    return scene.light if isinstance(scene.light, str) else None
+def under(light: LightLike, scene: Scene, ground: bool | None = None) -> Scene:
+    """Return the scene with a light and a ground of its own, unless they are None."""
+    if light is None and ground is None:
+        return scene
+    shown = scene.of(scene.instances)
+    shown.light = shown.light if light is None else check_light(light)
+    shown.ground = shown.ground if ground is None else check_flag("ground", ground)
+    shows_shadows(shown, None, None)  # checks that they go together
+    return shown
 
 
 def css(background: Background) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bobrossnet.page.look import attributes, light_in_page
+from bobrossnet.page.look import under
 from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
@@ -18,7 +18,7 @@ from bobrossnet.pictures.rendering import render
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
-from bobrossnet.tracing.light import HEADLIGHT
+from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 SIZE = (256, 256)
@@ -42,7 +42,8 @@ def view(
     *,
     size: SizeLike = (480, 640),
     background: Background = None,
-    light: str | None = None,
+    light: LightLike = None,
+    ground: bool | None = None,
 ) -> Any:
     """Show a scene in a notebook, to be turned by mouse or touch; needs the extra `notebook`.
 
@@ -57,8 +58,8 @@ def view(
         Size in CSS pixels; the notebook may be narrower.
     background : color, two colors, or None
         As in `render`.
-    light : "headlight" or "studio", optional
-        As in `render`; by default the scene's light if a notebook has it, otherwise the headlight.
+    light, ground
+        As in `render`.
 
     Returns
     -------
@@ -69,17 +70,15 @@ def view(
     Raises
     ------
     InputError
-        If anywidget is not installed, the camera has a position, or the light is another one.
+        If anywidget is not installed, or the camera has a position.
     """
-    scene, size = as_scene(scene), check_size(size)
-    light = light_in_page(scene) if light is None else light
-    attributes(0, background, light=light)  # checks
+    scene, size = under(light, as_scene(scene), ground), check_size(size)
     camera = as_camera(camera, scene)
     try:
         from bobrossnet.page.widget import SceneView
     except ModuleNotFoundError as error:
         raise InputError(f"view: this needs {error.name}: pip install 'bobrossnet[notebook]'") from error
-    return SceneView(scene, camera, size, background, light or HEADLIGHT)
+    return SceneView(scene, camera, size, background)
 
 
 def register() -> None:

@@ -84,9 +84,9 @@ class Scene:
     shapes : Shape, Instance, Scene, path, mesh of trimesh, or an iterable of these
         A bare shape is placed by its own coordinates, in white. Paths are read by `load`.
     light : str, path, Light, Sky or several, optional
-        As in `render`: the default light of its pictures. Scene files do not store it.
+        As in `render`: the default light of its pictures.
     ground : bool, optional
-        As in `render`: the default ground of its pictures. Scene files do not store it.
+        As in `render`: the default ground of its pictures.
     section : Section, text such as "x=0", or up to six of them, optional
         Planes that cut the scene open; the part that all of them keep is visible. Where a plane cuts a solid, a hatched
         cap of the solid's colour closes it. Open shapes show their inside instead, with a warning. The bounding sphere
