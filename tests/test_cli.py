@@ -268,6 +268,24 @@ def test_pack_then_render_and_info(tmp_path, capsys):
     assert "linear RGB (1, 0, 0), ambient 0.1, diffuse 0.7, specular 0.2, shininess 32" in printed
 
 
+def test_lights_are_packed(tmp_path, capsys):
+    file = tmp_path / "lit.bob"
+    assert cli.main(["pack", str(file), "sample:heart", "--light", "studio", "--no-ground"]) == 0
+    assert cli.main(["info", str(file)]) == 0
+    assert "\nlight   studio\n" in capsys.readouterr().out
+    by_default, asked = tmp_path / "default.png", tmp_path / "asked.png"
+    render = ["render", str(file), "--size", "40x30", "--out"]
+    assert cli.main([*render, str(by_default)]) == 0
+    assert cli.main([*render, str(asked), "--light", "studio", "--no-ground"]) == 0
+    assert by_default.read_bytes() == asked.read_bytes()
+    sun = [bob.Light((0, 0, 1)), bob.Light((1, 0, 0)), bob.Sky(image=np.ones((4, 8, 3)))]
+    bob.save_scene(bob.Scene(bob.load(file), light=sun, ground=True), file)
+    assert cli.main(["info", str(file)]) == 0
+    assert "\nlight   2 discs and an environment, on a ground\n" in capsys.readouterr().out
+    assert cli.main(["pack", str(file), "sample:heart", "--ground"]) == 2
+    assert "ground: expected none under the headlight" in capsys.readouterr().err
+
+
 def test_pack_the_built_in_scene(tmp_path):
     assert cli.main(["pack", str(tmp_path / "tree.bob")]) == 0
     assert bob.trace(bob.load(tmp_path / "tree.bob"), size=(32, 32)) == bob.trace(bob.happy_tree(), size=(32, 32))

@@ -245,8 +245,8 @@ def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
     [
         (
             b'"version":"1"',
-            b'"version":"8"',
-            "expected version 1, 2, 3, 4, 5, 6 or 7, got '8'; was it written by a newer release?",
+            b'"version":"9"',
+            "expected version 1, 2, 3, 4, 5, 6, 7 or 8, got '9'; was it written by a newer release?",
         ),
         (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
         (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),
@@ -276,6 +276,79 @@ def test_odd_json_is_refused(scene, tmp_path, monkeypatch):
     (tmp_path / "a.bob").write_bytes(sealed(layout(SCENE, TENSORS)))
     with pytest.raises(bob.InputError, match=r"^a.bob: (scene: )?expected"):
         bob.load(tmp_path / "a.bob")
+
+
+# ---- Lights ----------------------------------------------------------------------------------------------
+
+RED = np.linspace(0, 4, 8 * 16 * 3).reshape(8, 16, 3)
+SUN = {"direction": [0, 0, 1], "angle": 2, "color": [1, 1, 1], "intensity": 1}
+SKY = {"top": [1, 1, 1], "bottom": [1, 1, 1], "turn": 0, "intensity": 1}
+
+
+@pytest.mark.parametrize(
+    ("light", "ground", "version"),
+    [
+        (None, None, b"1"),
+        ("headlight", None, b"1"),
+        ("studio", False, b"1"),
+        ([bob.Light((0.3, -1, 2), angle=0.5, color="#fff4e0"), bob.Sky("#89b", "#443", intensity=0.7)], True, b"1"),
+        (bob.Sky(image=RED, turn=30, intensity=2), None, b"8"),
+    ],
+)
+def test_lights_are_kept(light, ground, version, tmp_path):
+    scene = bob.Scene(TRIANGLE, light=light, ground=ground)
+    bob.save_scene(scene, tmp_path / "a.bob")
+    again = bob.load(tmp_path / "a.bob")
+    assert (again.light, again.ground) == (scene.light, scene.ground)
+    bob.save_scene(again, tmp_path / "b.bob")
+    data = (tmp_path / "a.bob").read_bytes()
+    assert (tmp_path / "b.bob").read_bytes() == data
+    assert b'"version":"' + version + b'"' in data
+    assert (b'"light":' in data) == (light is not None)
+
+
+ODD_LIGHTS = [
+    ({"lights": []}, None, "light: expected an object of lights, ground"),
+    ({"lights": [], "ground": "no"}, None, "light.ground: expected "),
+    ({"lights": 5, "ground": None}, None, "light.lights: expected a list"),
+    ({"lights": "sun", "ground": None}, None, "light"),
+    ({"lights": ["sun"], "ground": None}, None, "light.lights[0]: expected an object of direction"),
+    ({"lights": [{**SUN, "more": 1}], "ground": None}, None, "light.lights[0]: expected an object of direction"),
+    (
+        {"lights": [SUN, {**SUN, "direction": [0, 0, 2]}], "ground": None},
+        None,
+        "light.lights[1].direction: expected u",
+    ),
+    ({"lights": [{**SUN, "direction": [0, 1]}], "ground": None}, None, "light.lights[0].direction: expected "),
+    ({"lights": [{**SUN, "direction": [0, 0, True]}], "ground": None}, None, "light.lights[0].direction: expected "),
+    ({"lights": [{**SUN, "angle": 200}], "ground": None}, None, "light.lights[0].angle: expected "),
+    ({"lights": [{**SUN, "color": [0, 2, 0]}], "ground": None}, None, "light.lights[0].color: expected "),
+    ({"lights": [{**SUN, "intensity": -1}], "ground": None}, None, "light.lights[0].intensity: expected "),
+    ({"lights": [{**SKY, "turn": 1e9}], "ground": None}, None, "light.lights[0].turn: expected "),
+    ({"lights": [SKY, SKY], "ground": None}, None, "light: expected at most one Sky, got several"),
+    ({"lights": [SUN] * 33, "ground": None}, None, "light: expected at most 32, got 33"),
+    ({"lights": [SUN], "ground": None}, RED, "environment: expected a sky that has it"),
+    ({"lights": "studio", "ground": None}, RED, "environment: expected float32, of a scene with a sky"),
+    ({"lights": [SKY], "ground": None}, -RED, "light.lights[0].image: expected "),
+    ({"lights": [SKY], "ground": None}, np.full((2, 4, 3), np.nan), "light.lights[0].image: expected "),
+    ({"lights": [SKY], "ground": None}, RED[0], "light.lights[0].image: expected shape (n, n, 3)"),
+    ({"lights": [SKY], "ground": None}, RED[:0], "light.lights[0].image: expected an environment"),
+]
+"""Entries, environments, and the errors in Python."""
+
+
+def with_light(light, image):
+    arrays = TENSORS if image is None else {**TENSORS, "environment": np.asarray(image, np.float32)}
+    return sealed(layout(SCENE, arrays, "1" if image is None else "8", {"light": light}))
+
+
+@pytest.mark.parametrize(("light", "image", "message"), ODD_LIGHTS)
+def test_odd_lights_are_refused(light, image, message, tmp_path):
+    (tmp_path / "a.bob").write_bytes(with_light(light, image))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(tmp_path / "a.bob")
+    assert str(error.value).startswith("a.bob: " + message)
+    assert "\n" not in str(error.value)
 
 
 # ---- Writing ---------------------------------------------------------------------------------------------

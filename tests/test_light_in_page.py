@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from browser import picture_at, serving
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
@@ -292,6 +293,37 @@ def test_the_page_has_a_control_and_links_with_light(browser):
             thread.join()
 
 
+def test_the_page_offers_the_scenes_own_lights(browser):
+    """A large environment is reduced, with a warning, and lights the scene as before."""
+    rows, columns = np.mgrid[:1040, :2080]
+    image = np.stack([rows / 1040, columns / 2080, 0.5 + 0 * rows], axis=2)
+    scene = bob.Scene(meshes(), light=bob.Sky(image=image))
+    with page_files(scene, "two", attributes(0, None)) as files, Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            page = browser.new_page(viewport={"width": 900, "height": 600})
+            page.goto(f"{server.url}?size={WIDTH}x{HEIGHT}")
+            page.evaluate("() => bobrossnet.started")
+            warning = "environment: 2080 x 1040 pixels are reduced to 1040 x 520 in the page"
+            assert page.inner_text("#message") == warning
+            assert page.input_value("#light") == "scene"
+            assert "light" not in page.evaluate("() => bobrossnet.link()")
+            shown, expected = settled(page)[..., :3], bob.render(scene, size=(HEIGHT, WIDTH))
+            apart = np.abs(shown.astype(float) - premultiplied(expected.rgba)[0])[expected.rgba[..., 3] == 255]
+            assert apart.mean() < 0.3
+            page.select_option("#light", "headlight")
+            assert "light=headlight" in page.evaluate("() => bobrossnet.link()")
+            page.select_option("#gallery", "gyroid.bob")  # another scene, without lights
+            page.wait_for_function("() => document.querySelector('#light').options[0].hidden")
+            assert page.input_value("#light") == "headlight"
+            assert "light" not in page.evaluate("() => bobrossnet.link()")
+            page.close()
+        finally:
+            server.shutdown()
+            thread.join()
+
+
 def test_exported_pages_have_their_light(tmp_path, capsys):
     bob.save_scene(meshes(), tmp_path / "two.bob")
     view = ["view", str(tmp_path / "two.bob"), "--light", "studio", "--export"]
@@ -299,9 +331,18 @@ def test_exported_pages_have_their_light(tmp_path, capsys):
     assert 'data-light="studio"' in (tmp_path / "page/index.html").read_text()
     assert cli.main([*view, str(tmp_path / "two.html")]) == 0
     assert ' light="studio">' in (tmp_path / "two.html").read_text()
-    view[3] = "sun.hdr"
-    assert cli.main([*view, str(tmp_path / "sun.html")]) == 2
-    assert "light: expected headlight or studio in a page, got str 'sun.hdr'" in capsys.readouterr().err
+    for name, message in (
+        ("sun.hdr", "sun.hdr: can't read it"),
+        ("sun", "light: expected headlight, studio or"),
+    ):
+        view[3] = name
+        assert cli.main([*view, str(tmp_path / "sun.html")]) == 2
+        assert message in capsys.readouterr().err
+    white = np.full((4, 8, 3), 255, np.uint8)
+    Image.fromarray(white).save(tmp_path / "white.png")
+    view[3] = str(tmp_path / "white.png")
+    assert cli.main([*view, str(tmp_path / "white.html")]) == 0
+    assert " light=" not in (tmp_path / "white.html").read_text().partition("<bob-view")[2].partition(">")[0]
 
 
 def test_notebooks_have_their_light():
@@ -311,8 +352,12 @@ def test_notebooks_have_their_light():
     lit = bob.Scene(meshes(), light="studio")
     assert bob.view(lit).light == "studio"
     assert bob.view(lit, light="headlight").light == "headlight"
-    assert bob.view(bob.Scene(meshes(), light=bob.Light((0, 0, 1)))).light == "headlight"
+    assert bob.view(bob.Scene(meshes(), light=bob.Light((0, 0, 1)))).light == "scene"
+    own = bob.view(meshes(), light=light_of_day(), ground=True, size=(36, 48))
+    assert own.light == "scene"
+    expected = bob.render(meshes(), own.camera, size=(36, 48), light=light_of_day(), ground=True, samples=1)
+    assert np.array_equal(own.snapshot(samples=1).rgba, expected.rgba)
     shadows = bob.view(lit, size=(36, 48)).snapshot(samples=1).alpha
     assert ((shadows > 0.1) & (shadows < 0.9)).any()
-    with pytest.raises(bob.InputError, match="light: expected headlight or studio in a page"):
+    with pytest.raises(bob.InputError, match="light: expected headlight, studio or the path"):
         bob.view(meshes(), light="sun")

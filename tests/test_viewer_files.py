@@ -15,6 +15,7 @@ import pytest
 from gltf_cases import CASES as GLTF_CASES
 from models import MODELS, needs_models
 from PIL import Image
+from test_container import ODD_LIGHTS, with_light
 from textures import OTHERS, shared_scene
 
 import bobrossnet as bob
@@ -1199,6 +1200,13 @@ def test_numbers_of_texts_are_those_of_python(read, tmp_path):
     }.items():
         (tmp_path / name).write_bytes(content)
         assert_equal_pictures(read(name, content), bob.load(tmp_path / name))
+
+
+def test_odd_lights_are_refused(read):
+    """Lights in scene files, as in Python; the words about environments differ."""
+    for light, image, message in ODD_LIGHTS:
+        told = read("a.bob", with_light(light, image))["error"]
+        assert told.startswith("a.bob: environment: expected" if ".image" in message else f"a.bob: {message}"), told
 
 
 def test_damaged_scenes_are_refused(read, viewer):

@@ -31,7 +31,7 @@ export function readLights(text, texels, shape) {
     if (texels) throw new CoreError(`${ENVIRONMENT}: expected float32, of a scene with a sky`);
     return { lights: lights && { lights, ground: ground ?? lights === "studio" }, warnings: [] };
   }
-  const several = checkList("light.lights", lights), skies = several.filter((light) => light && "top" in light);
+  const several = checkList("light.lights", lights), skies = several.filter((light) => Object.hasOwn(Object(light), "top"));
   if (several.length > MAX_LIGHTS) throw new CoreError(`light: expected at most ${MAX_LIGHTS}, got ${several.length}`);
   if (skies.length > 1) throw new CoreError("light: expected at most one Sky, got several");
   if (texels && skies.length === 0) throw new CoreError(`${ENVIRONMENT}: expected a sky that has it`);
@@ -59,7 +59,7 @@ export function readLights(text, texels, shape) {
 /** A disc's numbers in the core. @param {string} place @param {any} fields @returns {number[]} */
 function disc(place, fields) {
   const { direction, angle, color, intensity } = checkFields(place, fields, "direction", "angle", "color", "intensity");
-  const toward = three(`${place}.direction`, direction, -1, 1), length = Math.hypot(...toward);
+  const toward = three(`${place}.direction`, direction, -Infinity, Infinity), length = Math.hypot(...toward);
   if (!(Math.abs(length - 1) < 1e-9)) throw new CoreError(`${place}.direction: expected unit length, got ${length}`);
   checkNumber(`${place}.angle`, angle, 0, 180);
   return [...toward, 2 * Math.sin(angle / 4 * Math.PI / 180) ** 2, ...scaled(`${place}.color`, color, `${place}.intensity`, intensity)];

@@ -192,6 +192,7 @@ def parser() -> argparse.ArgumentParser:
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     add_files(pack)
     add_up(pack, "z")
+    add_light(pack)
 
     info.add(commands)
     mcp.add(commands)
@@ -207,14 +208,15 @@ def _view(options: argparse.Namespace) -> None:
 
     from bobrossnet.page.export import export, export_file
     from bobrossnet.page.files import page_files, scene_address, title_of, tree
-    from bobrossnet.page.look import attributes, under
+    from bobrossnet.page.look import attributes
     from bobrossnet.page.server import Server
+    from bobrossnet.tracing.lit import relit
 
     limit_memory()
     files = options.files
     look = attributes(options.fov, background(options.background), options.light)  # checked before the files are read
     name = title_of(files[0]) if len(files) == 1 else "scene"
-    scene = under(options.light, scene_of(options), options.ground) if files else None
+    scene = relit(scene_of(options), options.light, options.ground) if files else None
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")
@@ -251,10 +253,13 @@ def _mesh(options: argparse.Namespace) -> None:
 def _pack(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.adapters.container import check_scene_path
+    from bobrossnet.tracing.light import check_light
+    from bobrossnet.tracing.lit import relit
 
     limit_memory()
     out = check_scene_path(options.scene)
-    scene = scene_of(options)
+    light = check_light(options.light)  # before the files are read
+    scene = relit(scene_of(options), light, options.ground)
     bob.save_scene(scene, out)
     print(f"wrote {out}: {scene.describe()}")
 

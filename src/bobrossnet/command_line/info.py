@@ -69,6 +69,7 @@ def _weights(report: Report, file: Path) -> None:
 
 def _scene(report: Report, file: str) -> None:
     import bobrossnet as bob
+    from bobrossnet.adapters.lights import stored
     from bobrossnet.tracing.upright import seems_to_lie
 
     scene = bob.load(file)
@@ -80,6 +81,7 @@ def _scene(report: Report, file: str) -> None:
             "scene": scene.describe(),
             **({"unit": scene.unit} if scene.unit else {}),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
+            **({"light": _light(scene)} if scene.light is not None else {}),
             **({"up": "z; it seems to lie, --up y would turn it upright"} if lies else {}),
         },
     )
@@ -115,6 +117,7 @@ def _scene(report: Report, file: str) -> None:
         "scene": plural(scene.counts()),
         "center": [*scene.center],
         "radius": scene.radius,
+        "light": stored(scene)[0],
         "seems_to_lie": lies,
         "unit": scene.unit,
         "parts": [
@@ -123,6 +126,21 @@ def _scene(report: Report, file: str) -> None:
         ],
         "instances": instances,
     }
+
+
+def _light(scene: bob.Scene) -> str:
+    """Describe a scene's own light."""
+    from bobrossnet.tracing.light import Light, Sky
+    from bobrossnet.tracing.lit import shows_shadows
+
+    text = scene.light
+    if not isinstance(text, str):
+        several = scene.light or []
+        discs = sum(isinstance(light, Light) for light in several)
+        skies = (light for light in several if isinstance(light, Sky))
+        names = ["a sky" if sky.image is None else "an environment" for sky in skies]
+        text = " and ".join([*([f"{discs} disc{'s' * (discs > 1)}"] if discs else []), *names]) or "none"
+    return text + ", on a ground" * shows_shadows(scene, None, None)
 
 
 def _tree(report: Report, parts: list[bob.Part]) -> None:

@@ -8,10 +8,7 @@ from html import escape
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.background import BLACK, Background, background_rows
-from bobrossnet.support.errors import check_flag
 from bobrossnet.tracing.light import LightLike, check_light
-from bobrossnet.tracing.lit import shows_shadows
-from bobrossnet.tracing.scene import Scene
 
 
 def attributes(fov: float, background: Background, light: LightLike = None) -> dict[str, str]:
@@ -29,17 +26,6 @@ def attributes(fov: float, background: Background, light: LightLike = None) -> d
         **({"background": behind} if behind != black else {}),
         **({"light": chosen} if isinstance(chosen, str) else {}),
     }
-
-
-def under(light: LightLike, scene: Scene, ground: bool | None = None) -> Scene:
-    """Return the scene with a light and a ground of its own, unless they are None."""
-    if light is None and ground is None:
-        return scene
-    shown = scene.of(scene.instances)
-    shown.light = shown.light if light is None else check_light(light)
-    shown.ground = shown.ground if ground is None else check_flag("ground", ground)
-    shows_shadows(shown, None, None)  # checks that they go together
-    return shown
 
 
 def css(background: Background) -> str:

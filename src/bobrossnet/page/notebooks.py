@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from bobrossnet.page.look import under
 from bobrossnet.picture.camera import CameraLike, as_camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
@@ -19,6 +18,7 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import relit
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 SIZE = (256, 256)
@@ -72,7 +72,7 @@ def view(
     InputError
         If anywidget is not installed, or the camera has a position.
     """
-    scene, size = under(light, as_scene(scene), ground), check_size(size)
+    scene, size = relit(as_scene(scene), light, ground), check_size(size)
     camera = as_camera(camera, scene)
     try:
         from bobrossnet.page.widget import SceneView

@@ -19,7 +19,11 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import VIEWER
+from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.scene import Scene
+
+OWN = "scene"
+"""The name of a scene's own lights, for <bob-view>."""
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
 
@@ -54,7 +58,7 @@ class SceneView(anywidget.AnyWidget):
     scene = traitlets.Bytes().tag(sync=True)  # a .bob file, deflated
     size = traitlets.Tuple(traitlets.Int(), traitlets.Int()).tag(sync=True)
     background = traitlets.Unicode().tag(sync=True)
-    light = traitlets.Unicode("scene").tag(sync=True)  # the attribute of <bob-view>
+    light = traitlets.Unicode(HEADLIGHT).tag(sync=True)  # the attribute of <bob-view>
     camera = traitlets.Instance(Camera).tag(sync=True, to_json=_to_page, from_json=_from_page)
 
     def __init__(self, scene: Scene, camera: Camera, size: Size, background: Background) -> None:
@@ -62,6 +66,7 @@ class SceneView(anywidget.AnyWidget):
         self._behind = background
         super().__init__(
             _esm=script(scene),
+            light=OWN if isinstance(scene.light, list) else scene.light or HEADLIGHT,
             scene=zlib.compress(packed(scene), 9),
             camera=camera,
             size=size,
@@ -80,7 +85,7 @@ class SceneView(anywidget.AnyWidget):
 
     @property
     def _look(self) -> dict[str, Any]:
-        light = None if self.light == "scene" else self.light
+        light = None if self.light == OWN else self.light
         return {"size": tuple(self.size), "background": self._behind, "light": light}
 
     def snapshot(self, **options: Any) -> Picture:

@@ -152,6 +152,17 @@ def lights_in_core(
     )
 
 
+def relit(scene: Scene, light: LightLike, ground: bool | None) -> Scene:
+    """Return the scene with another light and ground of its own; None keeps them."""
+    if light is None and ground is None:
+        return scene
+    result = scene.of(scene.instances)
+    result.light = scene.light if light is None else check_light(light)
+    result.ground = scene.ground if ground is None else check_flag("ground", ground)
+    shows_shadows(result, None, ground)  # checks that they go together
+    return result
+
+
 def _means(hits: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, HITS): first hits over whole pixels, depth, normal and albedo over what of them is covered."""
     covered = hits[..., :1].mean(1)
