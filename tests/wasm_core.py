@@ -171,7 +171,7 @@ class WasmCore:
 
     def light(self, scene, azimuth, radius):
         """Return the studio around a scene, with a ground."""
-        return self.made("make_light", scene, float(azimuth), float(radius))
+        return self.made("make_studio", scene, float(azimuth), 1, float(radius))
 
     def lit_frame(self, light, camera, size, count):
         """Turn to a camera, or rest if it is None, and trace `count` pixels.

@@ -25,7 +25,7 @@
  * | `edges` | lines at visible edges: borders of faces, creases and silhouettes, at rest as in bobrossnet.render |
  * | `view-cube` | a cube whose sides are the views, in the upper right corner |
  * | `interaction-prompt` | "none" hides the hint that it can be turned |
- * | `background` | any CSS background, or "transparent"; black by default |
+ * | `background` | any CSS background, or "transparent"; black by default, under lights a bright gradient, which shows shadows |
  * | `exposure` | factor of the light, 1 by default |
  * | `light` | "scene", the default: the lights of a scene file, otherwise the headlight; "headlight"; "studio": a soft key light from the upper left, and shadows on a ground |
  * | `picture-size` | "640x480" fixes the size in pixels; by default the screen's pixels |
@@ -73,6 +73,7 @@ const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
 const LIGHTS = ["scene", "headlight", "studio"];
+const PAPER = "linear-gradient(#fff, #dde2e8)"; // behind shadows
 const REACH = 10; // CSS pixels, within which clicks snap
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
 const REMOVED = "bob-view-removed"; // an event for the element itself
@@ -186,6 +187,7 @@ class BobViewElement extends Parent {
     });
     this.#viewing.schedule.side = this.#side;
     this.#viewing.light(this.#light);
+    this.#showBehind();
     this.#viewing.change({ camera: this.#camera, cutaway: this.#cutaway });
     this.#draw();
     this.show(this.#showing);
@@ -253,10 +255,11 @@ class BobViewElement extends Parent {
       else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
     } else if (name === "light") {
       this.#viewing?.light(this.#light);
+      this.#showBehind();
       if (value !== null && !LIGHTS.includes(value)) this.#fail(`light: expected ${LIGHTS.slice(0, -1).join(", ")} or ${LIGHTS.at(-1)}, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
-      this.show({ isTransparent: value !== null });
+      this.#showBehind();
     } else if (name === "picture-size") {
       this.#resize();
     } else if (name === "edges") {
@@ -657,6 +660,14 @@ class BobViewElement extends Parent {
     return LIGHTS.includes(light) ? /** @type {import("./viewing.js").LightName} */ (light) : "scene";
   }
 
+  /** Shows the background around the shapes; the page's styles may replace the default ones. */
+  #showBehind() {
+    const isLit = this.#viewing?.isLit ?? false;
+    if (isLit) this.style.setProperty("--behind", PAPER);
+    else this.style.removeProperty("--behind");
+    this.show({ isTransparent: isLit || this.hasAttribute("background") });
+  }
+
   /** The size of the picture at rest: device pixels. */
   #resize() {
     const { clientWidth, clientHeight } = this, fixed = this.#fixedSize;
@@ -735,6 +746,7 @@ class BobViewElement extends Parent {
 
   /** Shows a new scene from its front, if it has one, unless a camera was chosen. @param {import("../workers/reader.js").Summary} scene */
   #face({ hasFront }) {
+    this.#showBehind();
     this.#default = hasFront ? FRONT : HOME;
     if (!this.#isTurned) this.#move({ azimuth: this.#default.azimuth }, "none");
   }

@@ -291,8 +291,6 @@ export class Viewing {
     });
     if (!opened || pool !== crew.poolOf(this)) return null;
     this.#scene = { open, resolve: () => {}, reject: () => {} };
-    this.isSceneLit = false;
-    this.#chooseLights();
     this.#begin(pool);
     return opened;
   }

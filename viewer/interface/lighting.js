@@ -3,13 +3,9 @@
 
 /** @typedef {import("../component/viewing.js").LightName} LightName */
 
-/** Behind shadows, unless the page has a background. */
-const PAPER = "linear-gradient(#fff, #dde2e8)";
-
 export class LightControl {
   #picture;
   #select;
-  #stage;
   /** Display modes that need the exact picture of the headlight. */
   #modes;
   /** @type {LightName} */
@@ -19,15 +15,12 @@ export class LightControl {
   /**
    * @param {HTMLElement} picture a <bob-view>
    * @param {HTMLSelectElement} select its first option is the scene's lights
-   * @param {HTMLElement} stage behind the picture
    * @param {HTMLInputElement[]} modes radio buttons
    */
-  constructor(picture, select, stage, modes) {
+  constructor(picture, select, modes) {
     this.#picture = picture;
     this.#select = select;
-    this.#stage = stage;
     this.#modes = modes;
-    this.hasBackground = picture.hasAttribute("background");
     select.addEventListener("change", () => (this.light = select.value));
   }
 
@@ -56,9 +49,5 @@ export class LightControl {
       mode.disabled = isLit;
       if (isLit && mode.checked) /** @type {HTMLElement} */ (document.querySelector('input[value="completed"]')).click();
     }
-    if (this.hasBackground) return;
-    this.#picture.toggleAttribute("background", isLit);
-    if (isLit) this.#picture.setAttribute("background", PAPER);
-    this.#stage.style.background = isLit ? "none" : "";
   }
 }

@@ -88,7 +88,7 @@ function show() {
   picture.show({ mode: state.mode, divider: placeDivider() });
 }
 
-const lighting = new LightControl(picture, element("light", HTMLSelectElement), stage,
+const lighting = new LightControl(picture, element("light", HTMLSelectElement),
                                   ["difference", "uncertain"].map((mode) => /** @type {HTMLInputElement} */ (document.querySelector(`input[value=${mode}]`))));
 const usualLight = query.get("light") ?? light;
 lighting.light = usualLight;
