@@ -284,6 +284,8 @@ def test_lights_are_packed(tmp_path, capsys):
     assert "\nlight   2 discs and an environment, on a ground\n" in capsys.readouterr().out
     assert cli.main(["pack", str(file), "sample:heart", "--ground"]) == 2
     assert "ground: expected none under the headlight" in capsys.readouterr().err
+    assert cli.main(["view", "--export", str(tmp_path / "gallery"), "--no-ground"]) == 2
+    assert "light: expected headlight or studio, and no ground, without a file" in capsys.readouterr().err
 
 
 def test_pack_the_built_in_scene(tmp_path):

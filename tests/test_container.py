@@ -311,7 +311,8 @@ ODD_LIGHTS = [
     ({"lights": []}, None, "light: expected an object of lights, ground"),
     ({"lights": [], "ground": "no"}, None, "light.ground: expected "),
     ({"lights": 5, "ground": None}, None, "light.lights: expected a list"),
-    ({"lights": "sun", "ground": None}, None, "light"),
+    ({"lights": "sun.hdr", "ground": None}, None, "light.lights: expected a list"),
+    ({"lights": None, "ground": 2}, None, "light.ground: expected "),
     ({"lights": ["sun"], "ground": None}, None, "light.lights[0]: expected an object of direction"),
     ({"lights": [{**SUN, "more": 1}], "ground": None}, None, "light.lights[0]: expected an object of direction"),
     (
@@ -329,6 +330,7 @@ ODD_LIGHTS = [
     ({"lights": [SUN] * 33, "ground": None}, None, "light: expected at most 32, got 33"),
     ({"lights": [SUN], "ground": None}, RED, "environment: expected a sky that has it"),
     ({"lights": "studio", "ground": None}, RED, "environment: expected float32, of a scene with a sky"),
+    ({"lights": [SUN, {**SKY, "bottom": [0, 0, 0]}], "ground": None}, RED, "light.lights[1].bottom: expected top's"),
     ({"lights": [SKY], "ground": None}, -RED, "light.lights[0].image: expected "),
     ({"lights": [SKY], "ground": None}, np.full((2, 4, 3), np.nan), "light.lights[0].image: expected "),
     ({"lights": [SKY], "ground": None}, RED[0], "light.lights[0].image: expected shape (n, n, 3)"),

@@ -31,7 +31,9 @@ export function readLights(text, texels, shape) {
     if (texels) throw new CoreError(`${ENVIRONMENT}: expected float32, of a scene with a sky`);
     return { lights: lights && { lights, ground: ground ?? lights === "studio" }, warnings: [] };
   }
-  const several = checkList("light.lights", lights), skies = several.filter((light) => Object.hasOwn(Object(light), "top"));
+  if (!Array.isArray(lights)) throw new CoreError(`light.lights: expected a list, headlight or studio, got ${brief(lights)}`);
+  /** @type {any[]} */
+  const several = lights, skies = several.filter((light) => Object.hasOwn(Object(light), "top"));
   if (several.length > MAX_LIGHTS) throw new CoreError(`light: expected at most ${MAX_LIGHTS}, got ${several.length}`);
   if (skies.length > 1) throw new CoreError("light: expected at most one Sky, got several");
   if (texels && skies.length === 0) throw new CoreError(`${ENVIRONMENT}: expected a sky that has it`);
@@ -46,6 +48,9 @@ export function readLights(text, texels, shape) {
   if (texels) {
     checkFinite(ENVIRONMENT, texels);
     if (texels.some((value) => value < 0)) throw new CoreError(`${ENVIRONMENT}: expected radiance of at least 0`);
+    if (String(own.sky.slice(0, 3)) !== String(own.sky.slice(3, 6))) {
+      throw new CoreError(`light.lights[${several.indexOf(skies[0])}].bottom: expected top's colour with an environment`);
+    }
     const [height, width] = /** @type {number[]} */ (shape), whole = { height, width, texels };
     if (!(height > 0 && width > 0)) throw new CoreError(`${ENVIRONMENT}: expected at least one pixel, got ${width} x ${height}`);
     own.environment = reduced(whole);

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.json import numbers, read_json
-from bobrossnet.support.errors import InputError, InputTypeError, check_flag
-from bobrossnet.tracing.light import Light, LightLike, Sky, check_light
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_flag
+from bobrossnet.tracing.light import HEADLIGHT, STUDIO, Light, LightLike, Sky, check_light
 from bobrossnet.tracing.scene import Scene
 
 ENTRY = "light"
@@ -54,8 +54,8 @@ def restored(text: str | None, image: NDArray[Any] | None) -> tuple[LightLike, b
         lights = [_light(f"{ENTRY}.lights[{i}]", fields, image) for i, fields in enumerate(lights)]
         if image is not None and not any(isinstance(light, Sky) for light in lights):
             raise InputError(f"{ENVIRONMENT}: expected a sky that has it")
-    elif lights is not None and not isinstance(lights, str):
-        raise InputTypeError(f"{ENTRY}.lights: expected a list or a name, got {type(lights).__name__}")
+    elif lights not in (None, HEADLIGHT, STUDIO):  # any other text would be the path of an environment
+        raise InputTypeError(f"{ENTRY}.lights: expected a list, {HEADLIGHT} or {STUDIO}, got {brief(lights)}")
     return check_light(lights), None if ground is None else check_flag(f"{ENTRY}.ground", ground)
 
 

@@ -210,13 +210,18 @@ def _view(options: argparse.Namespace) -> None:
     from bobrossnet.page.files import page_files, scene_address, title_of, tree
     from bobrossnet.page.look import attributes
     from bobrossnet.page.server import Server
+    from bobrossnet.support.errors import InputError
+    from bobrossnet.tracing.light import HEADLIGHT, STUDIO, check_light
     from bobrossnet.tracing.lit import relit
 
     limit_memory()
     files = options.files
-    look = attributes(options.fov, background(options.background), options.light)  # checked before the files are read
+    light = check_light(options.light)  # all are checked before the files are read
+    look = attributes(options.fov, background(options.background), light)
+    if not files and (isinstance(light, list) or options.ground is not None):
+        raise InputError(f"light: expected {HEADLIGHT} or {STUDIO}, and no ground, without a file")
     name = title_of(files[0]) if len(files) == 1 else "scene"
-    scene = relit(scene_of(options), options.light, options.ground) if files else None
+    scene = relit(scene_of(options), light, options.ground) if files else None
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")
