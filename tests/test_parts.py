@@ -293,6 +293,6 @@ def test_damaged_trees_are_refused(tmp_path):
         {"unit": None, "has_front": False, "pieces": [3]},
     ]
     for parts in damaged:
-        (tmp_path / "a.bob").write_bytes(sealed(layout(content, load(data), "1", parts)))
+        (tmp_path / "a.bob").write_bytes(sealed(layout(content, load(data), "1", {"parts": parts})))
         with warnings.catch_warnings(), pytest.raises(bob.InputError, match=r"^a\.bob: "):
             bob.load(tmp_path / "a.bob")
