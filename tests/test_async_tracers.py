@@ -403,7 +403,7 @@ def test_a_view_of_futures_ends_exact(tree):
         assert tracer.most == tracer.in_flight
 
 
-@pytest.mark.parametrize("pace", [{"fraction": 0.05}, {"ms": 10}])
+@pytest.mark.parametrize("pace", [{"fraction": 0.05}, pytest.param({"ms": 10}, marks=pytest.mark.measures)])
 def test_views_of_futures_carry_along_and_show_nothing_of_other_cameras(tree, pace):
     with Seeing(tree) as tracer:
         view = bob.View(tracer=tracer, size=SIZE)
