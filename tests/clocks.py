@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+
+SLOWER = 10 if "san.so" in os.environ.get("LD_PRELOAD", "") else 1
+"""By which sanitizers lengthen work (checks.mk)."""
 
 
 def least(measure: Callable[[], float], enough: float, tries: int = 5) -> float:
