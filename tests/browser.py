@@ -137,6 +137,21 @@ def serving(folder: Path, **headers: str) -> Iterator[str]:
             thread.join()
 
 
+@contextmanager
+def page_server(files: Any) -> Iterator[Any]:
+    """Run the viewer's server at `url` with these files; tests may add more."""
+    from bobrossnet.page.server import Server
+
+    with Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
 def picture_at(address: str) -> Image.Image:
     """Return the picture of a data: address."""
     return Image.open(BytesIO(base64.b64decode(address.partition(",")[2])))

@@ -1,12 +1,11 @@
 import os
-import threading
 
 # Read when numpy is imported. With more, thousands of tiny linear systems (scipy's Delaunay) are each split over
 # threads, which wait for each other when another worker has the cores: 3 s instead of 0.02 s.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
-from browser import Tabs, chromium
+from browser import Tabs, chromium, page_server
 
 import bobrossnet as bob
 
@@ -111,11 +110,6 @@ def files_of_the_viewer(request):
 def viewer():
     """Start the viewer's server at `url`; tests may add `files` to serve."""
     from bobrossnet.page.files import page_files
-    from bobrossnet.page.server import Server
 
-    with page_files() as files, Server(files) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
+    with page_files() as files, page_server(files) as server:
         yield server
-        server.shutdown()
-        thread.join()

@@ -1,12 +1,12 @@
 """Lights in <bob-view>: the converged picture equals `render`'s, and the headlight is unchanged."""
 
 import re
-import threading
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 import trimesh
-from browser import picture_at, serving
+from browser import page_server, picture_at, serving
 from PIL import Image
 
 import bobrossnet as bob
@@ -14,7 +14,6 @@ from bobrossnet.command_line import cli
 from bobrossnet.page.export import export, export_file
 from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
-from bobrossnet.page.server import Server
 
 WIDTH, HEIGHT = 96, 72
 
@@ -263,35 +262,38 @@ def test_a_single_file_has_its_light(browser, tmp_path):
 # ---- Doors -----------------------------------------------------------------------------------------------
 
 
+@contextmanager
+def page_of(browser, scene, look, query):
+    """Open the page with a scene named two, once it is started."""
+    with page_files(scene, "two", look) as files, page_server(files) as server:
+        page = browser.new_page(viewport={"width": 900, "height": 600})
+        page.goto(server.url + query)
+        page.evaluate("() => bobrossnet.started")
+        yield page
+        page.close()
+
+
 def test_the_page_has_a_control_and_links_with_light(browser):
     """The studio has a bright background, which shows its shadows; modes that compare exact pictures are off."""
-    with page_files(meshes(), "two", attributes(0, "#000", light="studio")) as files, Server(files) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            page = browser.new_page(viewport={"width": 900, "height": 600})
-            page.goto(f"{server.url}?size=48x36&scene=files/two.bob")
-            page.evaluate("() => bobrossnet.started")
-            light = f"() => {VIEW}.light"
-            assert (page.input_value("#light"), page.evaluate(light)) == ("studio", "studio")
-            page.evaluate("() => bobrossnet.converged()")
-            behind = f"() => getComputedStyle({VIEW}).backgroundImage"
-            assert page.evaluate(behind).startswith("linear-gradient")
-            assert page.is_disabled("input[value=difference]")
-            assert "light=studio" in page.evaluate("() => bobrossnet.link()")
-            page.select_option("#light", "headlight")
-            page.evaluate("() => bobrossnet.converged()")
-            assert page.evaluate("() => bobrossnet.statistics.exact")
-            assert page.evaluate(behind) == "none"
-            assert page.is_enabled("input[value=difference]")
-            assert "light" not in page.evaluate("() => bobrossnet.link()")
-            page.goto(f"{server.url}?size=48x36&light=headlight#scene=gyroid.bob&camera=10_20_0_1_0_0_0&light=studio")
-            page.evaluate("() => bobrossnet.started")
-            assert page.evaluate(light) == "studio"
-            page.close()
-        finally:
-            server.shutdown()
-            thread.join()
+    with page_of(browser, meshes(), attributes(0, "#000", light="studio"), "?size=48x36&scene=files/two.bob") as page:
+        light = f"() => {VIEW}.light"
+        assert (page.input_value("#light"), page.evaluate(light)) == ("studio", "studio")
+        page.evaluate("() => bobrossnet.converged()")
+        behind = f"() => getComputedStyle({VIEW}).backgroundImage"
+        assert page.evaluate(behind).startswith("linear-gradient")
+        assert page.is_disabled("input[value=difference]")
+        assert "light=studio" in page.evaluate("() => bobrossnet.link()")
+        page.select_option("#light", "headlight")
+        page.evaluate("() => bobrossnet.converged()")
+        assert page.evaluate("() => bobrossnet.statistics.exact")
+        assert page.evaluate(behind) == "none"
+        assert page.is_enabled("input[value=difference]")
+        assert "light" not in page.evaluate("() => bobrossnet.link()")
+        page.goto(
+            f"{page.url.partition('?')[0]}?size=48x36&light=headlight#scene=gyroid.bob&camera=10_20_0_1_0_0_0&light=studio"
+        )
+        page.evaluate("() => bobrossnet.started")
+        assert page.evaluate(light) == "studio"
 
 
 def test_the_page_offers_the_scenes_own_lights(browser):
@@ -299,30 +301,20 @@ def test_the_page_offers_the_scenes_own_lights(browser):
     rows, columns = np.mgrid[:1040, :2080]
     image = np.stack([rows / 1040, columns / 2080, 0.5 + 0 * rows], axis=2)
     scene = bob.Scene(meshes(), light=bob.Sky(image=image))
-    with page_files(scene, "two", attributes(0, None)) as files, Server(files) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            page = browser.new_page(viewport={"width": 900, "height": 600})
-            page.goto(f"{server.url}?size={WIDTH}x{HEIGHT}")
-            page.evaluate("() => bobrossnet.started")
-            warning = "environment: 2080 x 1040 pixels are reduced to 1040 x 520 in the page"
-            assert page.inner_text("#message") == warning
-            assert page.input_value("#light") == "scene"
-            assert "light" not in page.evaluate("() => bobrossnet.link()")
-            shown, expected = settled(page)[..., :3], bob.render(scene, size=(HEIGHT, WIDTH))
-            apart = np.abs(shown.astype(float) - premultiplied(expected.rgba)[0])[expected.rgba[..., 3] == 255]
-            assert apart.mean() < 0.3
-            page.select_option("#light", "headlight")
-            assert "light=headlight" in page.evaluate("() => bobrossnet.link()")
-            page.select_option("#gallery", "gyroid.bob")  # another scene, without lights
-            page.wait_for_function("() => document.querySelector('#light').options[0].hidden")
-            assert page.input_value("#light") == "headlight"
-            assert "light" not in page.evaluate("() => bobrossnet.link()")
-            page.close()
-        finally:
-            server.shutdown()
-            thread.join()
+    with page_of(browser, scene, attributes(0, None), f"?size={WIDTH}x{HEIGHT}") as page:
+        warning = "environment: 2080 x 1040 pixels are reduced to 1040 x 520 in the page"
+        assert page.inner_text("#message") == warning
+        assert page.input_value("#light") == "scene"
+        assert "light" not in page.evaluate("() => bobrossnet.link()")
+        shown, expected = settled(page)[..., :3], bob.render(scene, size=(HEIGHT, WIDTH))
+        apart = np.abs(shown.astype(float) - premultiplied(expected.rgba)[0])[expected.rgba[..., 3] == 255]
+        assert apart.mean() < 0.3
+        page.select_option("#light", "headlight")
+        assert "light=headlight" in page.evaluate("() => bobrossnet.link()")
+        page.select_option("#gallery", "gyroid.bob")  # another scene, without lights
+        page.wait_for_function("() => document.querySelector('#light').options[0].hidden")
+        assert page.input_value("#light") == "headlight"
+        assert "light" not in page.evaluate("() => bobrossnet.link()")
 
 
 def test_exported_pages_have_their_light(tmp_path, capsys):

@@ -5,7 +5,6 @@ import itertools
 import json
 import os
 import re
-import threading
 import zlib
 from io import BytesIO
 from subprocess import PIPE
@@ -14,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 import trimesh
-from browser import picture_at, serving
+from browser import page_server, picture_at, serving
 from models import MODELS, needs_models
 from PIL import Image
 from processes import COMMAND, running
@@ -25,7 +24,6 @@ from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
 from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
-from bobrossnet.page.server import Server
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
 from bobrossnet.support.paths import VIEWER
 
@@ -327,25 +325,20 @@ def test_files_are_opened_together_with_their_textures(page, tmp_path):
 
 def test_a_page_opens_with_its_lens_and_background(tabs):
     """Parameters of links take precedence."""
-    with page_files(bob.happy_tree(), "tree", attributes(50, ("#ffffff", "#99bbdd"))) as files, Server(files) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            page = Page(tabs, server.url + "?scene=files/tree.bob&size=80x60")
-            assert page.camera() == bob.Camera(fov=50)
-            assert page.tab.is_checked("#perspective")
-            page.tab.evaluate("() => bobrossnet.converged()")
-            page.tab.locator("#home").click()
-            assert page.camera() == bob.Camera(fov=50)
-            shown = Image.open(BytesIO(page.tab.locator("#stage").screenshot())).convert("RGB")
-            assert shown.getpixel((3, 3)) == pytest.approx((255, 255, 255), abs=3)
-            assert shown.getpixel((3, shown.height - 3)) == pytest.approx((153, 187, 221), abs=3)
-            page.visit(server.url + "?size=80x60#camera=10_20_0_1_0_0_0")
-            assert page.camera() == bob.Camera(azimuth=10)
-            page.close()
-        finally:
-            server.shutdown()
-            thread.join()
+    look = attributes(50, ("#ffffff", "#99bbdd"))
+    with page_files(bob.happy_tree(), "tree", look) as files, page_server(files) as server:
+        page = Page(tabs, server.url + "?scene=files/tree.bob&size=80x60")
+        assert page.camera() == bob.Camera(fov=50)
+        assert page.tab.is_checked("#perspective")
+        page.tab.evaluate("() => bobrossnet.converged()")
+        page.tab.locator("#home").click()
+        assert page.camera() == bob.Camera(fov=50)
+        shown = Image.open(BytesIO(page.tab.locator("#stage").screenshot())).convert("RGB")
+        assert shown.getpixel((3, 3)) == pytest.approx((255, 255, 255), abs=3)
+        assert shown.getpixel((3, shown.height - 3)) == pytest.approx((153, 187, 221), abs=3)
+        page.visit(server.url + "?size=80x60#camera=10_20_0_1_0_0_0")
+        assert page.camera() == bob.Camera(azimuth=10)
+        page.close()
 
 
 def test_one_worker_is_enough(tabs, viewer):
