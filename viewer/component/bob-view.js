@@ -663,8 +663,8 @@ class BobViewElement extends Parent {
   /** Shows the background around the shapes; the page's styles may replace the default ones. */
   #showBehind() {
     const isLit = this.#viewing?.isLit ?? false;
-    if (isLit) this.style.setProperty("--behind", PAPER);
-    else this.style.removeProperty("--behind");
+    if (isLit) this.style.setProperty("--bob-view-behind", PAPER);
+    else this.style.removeProperty("--bob-view-behind");
     this.show({ isTransparent: isLit || this.hasAttribute("background") });
   }
 

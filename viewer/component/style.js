@@ -1,6 +1,6 @@
 // @ts-check
 const STYLE = `
-:host { position: relative; display: grid; place-items: center; width: 300px; height: 150px; overflow: hidden; background: var(--behind, #000); }
+:host { position: relative; display: grid; place-items: center; width: 300px; height: 150px; overflow: hidden; background: var(--bob-view-behind, #000); }
 
 :host([hidden]) { display: none; }
 

@@ -1,19 +1,14 @@
 // @ts-check
 /** The control of the light: the scene's own lights if it has some, the camera's headlight, or the studio. */
 
-/** @typedef {import("../component/viewing.js").LightName} LightName */
-
 export class LightControl {
   #picture;
   #select;
   /** Display modes that need the exact picture of the headlight. */
   #modes;
-  /** @type {LightName} */
-  #light = "scene";
-  #isSceneLit = false;
 
   /**
-   * @param {HTMLElement} picture a <bob-view>
+   * @param {import("../component/bob-view.js").BobView} picture
    * @param {HTMLSelectElement} select its first option is the scene's lights
    * @param {HTMLInputElement[]} modes radio buttons
    */
@@ -26,25 +21,24 @@ export class LightControl {
 
   /** The attribute `light`; "scene" if that is the same. An unknown one is "scene". @returns {string} */
   get light() {
-    return this.#light === "headlight" && !this.#isSceneLit ? "scene" : this.#light;
+    const light = this.#picture.getAttribute("light") ?? "scene";
+    return light === "headlight" && !this.#picture.viewing.isSceneLit ? "scene" : light;
   }
 
   set light(value) {
-    this.#light = value === "studio" || value === "headlight" ? value : "scene";
-    this.#picture.setAttribute("light", this.#light);
+    this.#picture.setAttribute("light", value === "studio" || value === "headlight" ? value : "scene");
     this.#show();
   }
 
-  /** A scene was opened. @param {boolean} isLit whether it has lights of its own */
-  opened(isLit) {
-    this.#isSceneLit = isLit;
-    this.#select.options[0].hidden = !isLit;
+  /** A scene was opened. */
+  opened() {
+    this.#select.options[0].hidden = !this.#picture.viewing.isSceneLit;
     this.#show();
   }
 
   #show() {
-    const isOwn = this.#light === "scene" && this.#isSceneLit, isLit = isOwn || this.#light === "studio";
-    this.#select.value = isLit ? this.#light : "headlight";
+    const { isLit } = this.#picture.viewing;
+    this.#select.value = isLit ? this.light : "headlight";
     for (const mode of this.#modes) {
       mode.disabled = isLit;
       if (isLit && mode.checked) /** @type {HTMLElement} */ (document.querySelector('input[value="completed"]')).click();

@@ -129,7 +129,7 @@ const opening = new Opening(state, viewing, {
   opened: () => {
     const { title, script = "", edited } = state.scene;
     picture.begun();
-    lighting.opened(viewing.isSceneLit);
+    lighting.opened();
     sections.opened();
     parts.opened();
     picture.alt = `Picture of ${title}`;
