@@ -147,8 +147,10 @@ def test_obj_maps_and_their_paths(tmp_path: Path) -> None:
         assert mesh_of(obj(tmp_path, f"newmtl a\n{line}\n")).wrap == ("repeat", "repeat")
     assert mesh_of(obj(tmp_path, "newmtl a\nmap_Kd -clamp on t.png\n")).wrap == ("clamp", "clamp")
     written(tmp_path / "maps/a.mtl", "newmtl a\nmap_Kd b c.png\n")  # from the library's folder on
-    file = written(tmp_path / "b.obj", f"mtllib maps/a.mtl\n{SQUARE}usemtl a\n{FACE}")
-    assert mesh_of(file).texture is not None
+    for library in ("maps/a.mtl", "C:\\Users\\somebody\\b.mtl"):  # of another machine: next to the model
+        written(tmp_path / "b.mtl", "newmtl a\nmap_Kd t.png\n")
+        file = written(tmp_path / "b.obj", f"mtllib {library}\n{SQUARE}usemtl a\n{FACE}")
+        assert mesh_of(file).texture is not None
 
 
 @pytest.mark.parametrize(

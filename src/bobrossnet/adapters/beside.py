@@ -7,6 +7,7 @@ files in the model's folder and below it, wherever links point.
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path, PurePath
 
 from bobrossnet.support.errors import InputError
@@ -48,14 +49,14 @@ class Beside:
         self.left = MAX_BYTES
 
     def read(self, name: str) -> bytes:
-        """Read a file.
+        """Read a file. If its path leads to none, read the file of the same name next to the model.
 
         Raises
         ------
         InputError
             If it is missing, or if the files of the model exceed `MAX_BYTES` together.
         """
-        target = find_beside(self.model, name)
+        target = self._find(name)
         try:
             with open(target, "rb", opener=_opened) as file:
                 size = os.fstat(file.fileno()).st_size
@@ -67,6 +68,14 @@ class Beside:
                 return file.read(size)  # empty for a pipe and for files in /proc
         except OSError as error:
             raise InputError(f"expected its data in {name[:100]}, can't read it: {error.strerror}") from error
+
+    def _find(self, name: str) -> str:
+        try:
+            return find_beside(self.model, name)
+        except InputError:
+            with suppress(InputError):  # a path from another machine, perhaps under Windows
+                return find_beside(self.model, name.replace("\\", "/").rpartition("/")[2])
+            raise
 
 
 def _opened(path: str, flags: int) -> int:

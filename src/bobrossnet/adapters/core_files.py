@@ -192,7 +192,7 @@ class _Images:
         """Return the mean of an image of numbers, in 0..1; if unreadable, of a rough surface without metal."""
         name = self.described[number]["name"]
         try:
-            data = self.textures.read(path_of(name.encode())) if name else self.reading.image(number)
+            data = self.textures.beside.read(str(path_of(name.encode()))) if name else self.reading.image(number)
             return self.textures.pictures.mean(data)
         except InputError as error:
             self._warn(number, error)

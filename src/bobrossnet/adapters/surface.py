@@ -152,7 +152,7 @@ class Textures(dict[PurePosixPath, Texture | None]):
     def __missing__(self, path: PurePosixPath) -> Texture | None:
         texture = None
         try:
-            texture = Texture(self.pictures.decoded(self.read(path)))
+            texture = Texture(self.pictures.decoded(self.beside.read(str(path))))
         except InputError as error:
             warn_of(self.model, f"texture {one_line(path)} was left out: {error}")
         self[path] = texture
@@ -181,21 +181,6 @@ class Textures(dict[PurePosixPath, Texture | None]):
             )
             self.with_masks[key] = Picture(texels, np.ascontiguousarray(alpha[np.ix_(rows, columns)]))
         return Texture(self.with_masks[key], (texture or mask).wrap)
-
-    def read(self, path: PurePosixPath) -> bytes:
-        """Read the file of a texture.
-
-        Raises
-        ------
-        InputError
-            If there is no such file.
-        """
-        try:
-            return self.beside.read(str(path))
-        except InputError:
-            if path.name == str(path):
-                raise
-            return self.beside.read(path.name)  # a path from another machine: try the name alone
 
 
 def path_of(name: bytes) -> PurePosixPath:
