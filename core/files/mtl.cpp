@@ -154,7 +154,7 @@ MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std
         for (Lines text(read); text.next();) {
             Words words(text.line());
             const std::string_view word = words.next();
-            if (word == "newmtl") {
+            if (is_word(word, "newmtl")) {
                 end_material();
                 material = utf8(trimmed(words.rest()));
             } else if (!word.empty() && word[0] != '#') {

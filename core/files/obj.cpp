@@ -120,7 +120,10 @@ public:
         const bool has_normals = !normals_.empty();
         // Colours are in 0..1; other numbers behind points are something else.
         const bool are_colors = std::ranges::none_of(colors_, [](double value) { return value < 0 || value > 1; });
-        if (!are_colors) colors_.clear();
+        if (!are_colors) {
+            colors_.clear();
+            contents.warnings.emplace_back("numbers behind points were left out: expected colours in 0..1, got others");
+        }
         if (!colors_.empty()) {
             colors_.resize(points_.size(), nan);
             make_linear(colors_, 1);
@@ -197,7 +200,7 @@ private:
     void add_place(Words& words) {
         for (int k = 0; k < 2; ++k) {
             const std::string_view word = words.next();
-            places_.push_back(word.empty() ? nan : number_of(word));
+            places_.push_back(!word.empty() ? number_of(word) : k == 0 ? nan : 0);  // v is 0 if omitted
         }
     }
 

@@ -475,7 +475,8 @@ bool fit(const Numbers<std::int32_t>& corner_uv_sizes, const Polygons& faces) {
 }  // namespace
 
 Contents read_ply(Bytes bytes, Beside&) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view text = text_of(bytes);
+    bytes = bytes.last(text.size());
     Header header = read_header(text);
     // Whatever comes after the last of these, edges or materials, is of no use here.
     while (!header.elements.empty() && header.elements.back().name != "vertex" && header.elements.back().name != "face" &&

@@ -71,11 +71,31 @@ public:
         const auto count = static_cast<std::uint32_t>(polygon.size());
         next_.resize(count), previous_.resize(count), concave_.clear();
         for (std::uint32_t i = 0; i < count; ++i) next_[i] = i + 1 < count ? i + 1 : 0, previous_[i] = i ? i - 1 : count - 1;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            if (corner(i) <= 0) concave_.push_back(i);
+        std::uint32_t at = 0, left = count, tried = 0;
+        const auto cut = [&](std::uint32_t i) {
+            for (const std::uint32_t k : {previous_[i], i, next_[i]}) *to++ = polygon[k];
+            next_[previous_[i]] = next_[i];
+            previous_[next_[i]] = previous_[i];
+            next_[i] = i;
+            --left;
+        };
+        // First without area: corners in the place of the next one, and tips of spikes, whose neighbours share a place.
+        for (std::uint32_t seen = 0; left > 3 && seen < left;) {
+            const Point& after = plane_[next_[at]];
+            if (plane_[at] == after || plane_[previous_[at]] == after) {
+                const std::uint32_t before = previous_[at];
+                cut(at);
+                at = before;
+                seen -= std::min(seen, 2u);
+            } else {
+                at = next_[at];
+                ++seen;
+            }
         }
-        std::uint32_t at = 0, tried = 0;
-        for (std::uint32_t left = count; left > 3;) {
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (next_[i] != i && corner(i) <= 0) concave_.push_back(i);
+        }
+        while (left > 3) {
             Interruption::check();
             if (is_spent()) {
                 for (std::uint32_t i = next_[at]; next_[i] != at; i = next_[i]) {
@@ -88,11 +108,10 @@ public:
                 continue;
             }
             if (tried == left) at = flattest(at);  // of polygons that cross themselves
-            for (const std::uint32_t i : {previous_[at], at, next_[at]}) *to++ = polygon[i];
             const std::uint32_t before = previous_[at], after = next_[at];
-            next_[before] = after, previous_[after] = before, next_[at] = at;
+            cut(at);
             std::erase_if(concave_, [&](std::uint32_t i) { return next_[i] == i || ((i == before || i == after) && corner(i) > 0); });
-            at = next_[after], tried = 0, --left;  // not next to the last one, which would make slivers
+            at = next_[after], tried = 0;  // not next to the last one, which would make slivers
         }
         for (const std::uint32_t i : {previous_[at], at, next_[at]}) *to++ = polygon[i];
         return true;

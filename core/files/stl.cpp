@@ -3,6 +3,7 @@
 
 #include "base/interruption.h"
 #include "files/binary.h"
+#include "files/colors.h"
 #include "files/read.h"
 #include "files/text.h"
 #include "files/welding.h"
@@ -23,11 +24,40 @@ std::size_t end_with_attributes(Bytes bytes, std::size_t count) {
     return at;
 }
 
+/// Linear RGB of facets, from the 5 bits of each component in their last two bytes; empty if none has a colour. Bit 15 marks facets
+/// with a colour in VisCAM and SolidView, and those without in Magics, whose header has the colour of these behind COLOR=.
+Numbers<double> colors_of(Bytes bytes, std::size_t count) {
+    constexpr std::string_view mark = "COLOR=";
+    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), header - 4);
+    const std::size_t at = head.find(mark);
+    const bool is_magics = at < head.size() - mark.size() - 3;
+    Numbers<double> colors(3 * count, nan);
+    bool is_any_colored = is_magics;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i % 65536 == 0) Interruption::check();
+        const auto bits = load<std::uint16_t>(&bytes[header + facet * i + facet - 2], false);
+        const bool is_marked = bits >> 15;
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (is_marked != is_magics) {
+                colors[3 * i + k] = bits >> 5 * (is_magics ? k : 2 - k) & 31;
+            } else if (is_magics) {
+                colors[3 * i + k] = bytes[at + mark.size() + k] * 31 / 255.;
+            }
+        }
+        is_any_colored |= is_marked;
+    }
+    if (!is_any_colored) return {};
+    make_linear(colors, 31);
+    return colors;
+}
+
 Part read_binary(Bytes bytes, std::size_t count) {
     const bool has_attributes = bytes.size() != header + facet * count && end_with_attributes(bytes, count) == bytes.size();
     Welding welding(3 * count);
     welding.add_facets(bytes.subspan(header), count, has_attributes);
-    return std::move(welding).part();
+    Part part = std::move(welding).part();
+    if (!has_attributes) part.face_colors = colors_of(bytes, count);
+    return part;
 }
 
 [[noreturn]] void refuse_line(std::string_view line) {

@@ -1,5 +1,6 @@
 #include "files/read.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -79,6 +80,32 @@ TEST(concave_polygons_become_triangles_of_their_area) {
     }
 }
 
+TEST(spikes_of_polygons_have_no_area) {
+    test::Random random(8);
+    for (int count = 4; count < 60; ++count) {
+        Numbers<double> vertices = star(count, random);
+        const double area = shoelace(vertices);
+        std::vector<std::int32_t> corners;
+        for (std::int32_t i = 0; i < count; ++i) {
+            corners.push_back(i);
+            if (i % 3) continue;
+            const auto middle = static_cast<std::int32_t>(vertices.size() / 3), tip = middle + 1;
+            const double x = vertices[3 * static_cast<std::size_t>(i)], y = vertices[3 * static_cast<std::size_t>(i) + 1];
+            vertices.insert(vertices.end(), {1.5 * x, 1.5 * y, 0, 2 * x, 2 * y, 0});
+            corners.insert(corners.end(), {middle, tip, tip, middle, i});  // out and back
+        }
+        for (std::size_t start = 0; start < corners.size(); ++start) {
+            std::ranges::rotate(corners, corners.begin() + 1);
+            bob::files::Polygons polygons;
+            polygons.add(corners);
+            std::vector<std::string> warnings;
+            const auto triangles = bob::files::triangulated(std::move(polygons), vertices, {}, warnings);
+            CHECK(triangles.size() == 3 * (corners.size() - 2));
+            CHECK_NEAR(areas(vertices, triangles)[1], area, 1e-5);  // as above
+        }
+    }
+}
+
 TEST(polygons_of_very_many_corners_take_bounded_time) {
     Numbers<double> vertices;  // a comb: half of its corners are concave
     constexpr int teeth = 60'000;
@@ -118,6 +145,43 @@ TEST(ply_colors_of_16_bits_and_of_bytes_in_wide_types) {
     CHECK_NEAR(first_red("double", "1"), 1, 1e-12);
     CHECK_NEAR(first_red("float", "255"), 1, 1e-12);
     CHECK_NEAR(first_red("uchar", "1"), 1 / 255. / 12.92, 1e-12);
+}
+
+TEST(stl_facets_have_colors_of_viscam_or_magics) {
+    const auto first = [](std::string_view head, std::uint16_t bits) {
+        std::string stl(head);
+        stl.resize(80);
+        stl += std::string("\1\0\0\0", 4) + std::string(48, '\0') + static_cast<char>(bits & 255) + static_cast<char>(bits >> 8);
+        const Contents contents = read("stl", stl);
+        const Numbers<double>& colors = contents.parts.at(0).face_colors;
+        return colors.empty() ? std::array<double, 3>{-1, -1, -1} : std::array{colors[0], colors[1], colors[2]};
+    };
+    using Rgb = std::array<double, 3>;
+    CHECK((first("made by hand", 0x7c1f) == Rgb{-1, -1, -1}));
+    CHECK((first("made by hand", 0xfc00) == Rgb{1, 0, 0}));
+    CHECK((first("COLOR=\xff\xff", 0x001f) == Rgb{1, 0, 0}));
+    CHECK((first("by Magics COLOR=\xff\xff", 0x801f) == Rgb{1, 1, 0}));
+}
+
+TEST(ply_may_begin_with_a_byte_order_mark) {
+    const std::string text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
+    CHECK((read("ply", "\xef\xbb\xbf" + text).parts.at(0).vertices == Numbers<double>{1, 2, 3}));
+}
+
+TEST(obj_numbers_behind_points_are_colors_or_a_warning) {
+    const auto read_point = [](std::string_view numbers) {
+        return read("obj", "v 0 0 0 " + std::string(numbers) + "\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    };
+    CHECK(read_point("1 0 0").parts.at(0).colors.at(0) == 1);
+    CHECK(read_point("1 0 0").warnings.empty());
+    CHECK(read_point("230 25 25").parts.at(0).colors.empty());
+    CHECK(read_point("230 25 25").warnings == std::vector<std::string>{"numbers behind points were left out: expected colours in 0..1, got others"});
+}
+
+TEST(obj_places_on_textures_have_v_0_if_omitted) {
+    const Contents contents = read("obj", "mtllib a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5\nusemtl m\nf 1/1 2/1 3/1\n", "NEWMTL m\nmap_Kd a.png\n");
+    CHECK(contents.parts.at(0).uv.at(0).at(0) == 0.5);
+    CHECK(contents.parts.at(0).uv.at(0).at(1) == 1);
 }
 
 TEST(maps_of_mtl_have_options_and_any_names) {
