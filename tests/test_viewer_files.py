@@ -678,7 +678,7 @@ def test_masks_count_in_the_budget(read, tmp_path):
 
 
 SIZE_OF = """async ([bytes, sizes]) => {
-  const { sizeOfPicture } = await import("/files/picture_size.js"), all = Uint8Array.from(bytes);
+  const { sizeOfPicture } = await import("/files/picture_head.js"), all = Uint8Array.from(bytes);
   return sizes.map((size) => sizeOfPicture(all.subarray(0, size)) ?? null);
 }"""
 FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA", "AVIF of RGBA"]
@@ -695,6 +695,21 @@ def test_sizes_of_pictures_are_in_their_heads(form, page):
     data = file.getvalue()
     assert page.evaluate(SIZE_OF, [list(data), [len(data)]]) == [{"width": 301, "height": 37}]
     assert page.evaluate(SIZE_OF, [list(data), [0, 1, 2, 3, 5, 8]]) == [None] * 6  # truncated
+
+
+@pytest.mark.parametrize("form", ["JPEG", "PNG"])
+def test_pictures_lie_as_they_are_stored(form, read, tmp_path):
+    """Exif turns photographs, which browsers show upright; texture coordinates refer to the stored texels."""
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    texels = np.repeat(np.repeat([[(230, 25, 25), (25, 200, 25)], [(25, 25, 230), (230, 230, 25)]], 16, 0), 48, 1)
+    Image.fromarray(texels.astype(np.uint8)).save(tmp_path / "t.png", form, exif=exif)
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd t.png\n")
+    points = "v 0 0 0\nv 0 1 0\nv 0 1 1\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    file = tmp_path / "a.obj"
+    file.write_text(f"mtllib a.mtl\n{points}usemtl a\nf 1/1 2/2 3/3 4/4\n")
+    found = read(file, beside=[tmp_path / "a.mtl", tmp_path / "t.png"])
+    assert_equal_pictures(found, bob.load(file), pixels=3)
 
 
 def test_materials_share_a_picture(read):

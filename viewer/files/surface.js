@@ -12,7 +12,7 @@
 
 import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
-import { sizeOfPicture } from "./picture_size.js";
+import { sizeOfPicture, withoutExif } from "./picture_head.js";
 
 const UNREADABLE = "expected a picture in PNG, JPEG, WebP or AVIF, got none that can be read";
 
@@ -120,7 +120,7 @@ async function decoded(bytes, pictures) {
   const texels = size.height * size.width;
   if (texels > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS.toLocaleString("en")} texels, got more`);
   pictures?.count(size.height, size.width);
-  const image = await createImageBitmap(new Blob([bytes]), { premultiplyAlpha: "none", colorSpaceConversion: "none" }).catch(() => {
+  const image = await createImageBitmap(new Blob([withoutExif(bytes)]), { premultiplyAlpha: "none", colorSpaceConversion: "none" }).catch(() => {
     throw new CoreError(UNREADABLE);
   });
   const { height, width } = image;

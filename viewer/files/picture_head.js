@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * How large pictures are, by the heads of their files: a small file may hold a picture of any size, which a browser would decode whole.
- * They are of the formats that bobrossnet.adapters.surface reads.
+ * Heads of pictures' files, of the formats that bobrossnet.adapters.surface reads: sizes, because a small file may hold a picture of any
+ * size, which a browser would decode whole, and Exif.
  *
  * @typedef {{height: number, width: number}} Size
  */
@@ -45,14 +45,53 @@ function sizeOfWebp(chunk, short, long) {
 
 /** @param {DataView} view @returns {Size | undefined} */
 function sizeOfJpeg(view) {
-  for (let at = 2; view.getUint8(at) === 0xff;) {
-    const marker = view.getUint8(at + 1);
+  for (const [marker, at] of segmentsOfJpeg(view)) {
     const isFrame = marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker);
     if (isFrame) return { height: view.getUint16(at + 5), width: view.getUint16(at + 7) };
+  }
+  return undefined;
+}
+
+/** Markers of the segments before the picture's data, and their places. @param {DataView} view @returns {Generator<[number, number]>} */
+function* segmentsOfJpeg(view) {
+  for (let at = 2; at + 4 <= view.byteLength && view.getUint8(at) === 0xff;) {
+    const marker = view.getUint8(at + 1);
+    yield [marker, at];
+    if (marker === 0xda) return;  // the data
     if (marker === 0xff) at += 1;  // a byte that fills
     else at += 2 + (marker === 0x01 || (marker >= 0xd0 && marker <= 0xd8) ? 0 : view.getUint16(at + 2));
   }
-  return undefined;
+}
+
+/**
+ * A JPEG or PNG without Exif, whose orientation browsers apply: texture coordinates refer to the stored texels. Other files as they are.
+ *
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @returns {Uint8Array<ArrayBuffer>}
+ */
+export function withoutExif(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const text = (/** @type {number} */ at) => String.fromCharCode(...bytes.subarray(at, at + 4));
+  if (text(0) === "\x89PNG") {
+    for (let at = 8; at + 12 <= bytes.length;) {
+      const end = at + 12 + view.getUint32(at);
+      if (text(at + 4) === "eXIf") {
+        const result = new Uint8Array(at + Math.max(bytes.length - end, 0));
+        result.set(bytes.subarray(0, at)), result.set(bytes.subarray(end), at);
+        return result;
+      }
+      at = end;
+    }
+  }
+  let result = bytes;
+  if (text(0).startsWith("\xff\xd8")) {
+    for (const [marker, at] of segmentsOfJpeg(view)) {
+      if (marker !== 0xe1 || text(at + 4) !== "Exif") continue;
+      if (result === bytes) result = bytes.slice();
+      result[at + 1] = 0xfe;  // a comment
+    }
+  }
+  return result;
 }
 
 /**
