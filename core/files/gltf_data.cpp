@@ -129,10 +129,12 @@ std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
 std::string path_of_uri(std::string_view uri) { return utf8(unescaped(uri)); }
 
 std::optional<std::vector<std::uint8_t>> data_of_uri(std::string_view uri) {
-    if (!uri.starts_with("data:")) return std::nullopt;
+    constexpr std::string_view scheme = "data:", encoding = ";base64";
+    if (!is_word(uri.substr(0, scheme.size()), scheme)) return std::nullopt;
     const std::size_t comma = std::min(uri.find(','), uri.size());
     const std::string content = unescaped(uri.substr(std::min(comma + 1, uri.size())));
-    if (!uri.substr(0, comma).ends_with(";base64")) return std::vector<std::uint8_t>(content.begin(), content.end());
+    const bool is_base64 = comma >= encoding.size() && is_word(uri.substr(comma - encoding.size(), encoding.size()), encoding);
+    if (!is_base64) return std::vector<std::uint8_t>(content.begin(), content.end());
     auto data = from_base64(content);
     if (!data) refuse({"expected data in base64, got something else"});
     return data;

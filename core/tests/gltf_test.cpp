@@ -78,6 +78,7 @@ TEST(gltf_data_in_uris) {
         return bytes ? std::string(bytes->begin(), bytes->end()) : "none";
     };
     CHECK(text("data:text/plain;base64,YWI%3D") == "ab");
+    CHECK(text("DATA:text/plain;BASE64,YWI=") == "ab");
     CHECK(text("data:,a%20b") == "a b");
     CHECK(text("data:;base64").empty());
     CHECK(text("a%20b.bin") == "none");
