@@ -143,6 +143,7 @@ def test_obj_maps_and_their_paths(tmp_path: Path) -> None:
         "map_kd -s 1 1 1 -o 0 0 -bm 0.5 t.png",
         "map_Kd C:\\Users\\somebody\\textures\\t.png",
         "map_Kd /home/somebody/t.png",
+        "map_Kd Textures\\T.PNG",
     ):
         assert mesh_of(obj(tmp_path, f"newmtl a\n{line}\n")).wrap == ("repeat", "repeat")
     assert mesh_of(obj(tmp_path, "newmtl a\nmap_Kd -clamp on t.png\n")).wrap == ("clamp", "clamp")

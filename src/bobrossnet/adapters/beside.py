@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path, PurePath
 
 from bobrossnet.support.errors import InputError
@@ -49,7 +50,7 @@ class Beside:
         self.left = MAX_BYTES
 
     def read(self, name: str) -> bytes:
-        """Read a file. If its path leads to none, read the file of the same name next to the model.
+        """Read a file. If its path leads to none, read that of the same name next to the model, in upper or lower case.
 
         Raises
         ------
@@ -72,10 +73,19 @@ class Beside:
     def _find(self, name: str) -> str:
         try:
             return find_beside(self.model, name)
-        except InputError:
-            with suppress(InputError):  # a path from another machine, perhaps under Windows
-                return find_beside(self.model, name.replace("\\", "/").rpartition("/")[2])
+        except InputError:  # a path from another machine, perhaps under Windows
+            last = name.replace("\\", "/").rpartition("/")[2]
+            for own in (last, self._names.get(last.lower(), last)):
+                with suppress(InputError):
+                    return find_beside(self.model, own)
             raise
+
+    @cached_property
+    def _names(self) -> dict[str, str]:
+        """Names in the model's folder by their lower case."""
+        with suppress(OSError):
+            return {name.lower(): name for name in os.listdir(self.model.parent)}
+        return {}
 
 
 def _opened(path: str, flags: int) -> int:
