@@ -164,7 +164,8 @@ TEST(stl_facets_have_colors_of_viscam_or_magics) {
 }
 
 TEST(ply_may_begin_with_a_byte_order_mark) {
-    const std::string text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
+    const std::string head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string text = head + "end_header\n1 2 3\n";
     CHECK((read("ply", "\xef\xbb\xbf" + text).parts.at(0).vertices == Numbers<double>{1, 2, 3}));
 }
 
@@ -175,11 +176,13 @@ TEST(obj_numbers_behind_points_are_colors_or_a_warning) {
     CHECK(read_point("1 0 0").parts.at(0).colors.at(0) == 1);
     CHECK(read_point("1 0 0").warnings.empty());
     CHECK(read_point("230 25 25").parts.at(0).colors.empty());
-    CHECK(read_point("230 25 25").warnings == std::vector<std::string>{"numbers behind points were left out: expected colours in 0..1, got others"});
+    const std::string warning = "numbers behind points were left out: expected colours in 0..1, got others";
+    CHECK(read_point("230 25 25").warnings == std::vector<std::string>{warning});
 }
 
 TEST(obj_places_on_textures_have_v_0_if_omitted) {
-    const Contents contents = read("obj", "mtllib a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5\nusemtl m\nf 1/1 2/1 3/1\n", "NEWMTL m\nmap_Kd a.png\n");
+    const char* const obj = "mtllib a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5\nusemtl m\nf 1/1 2/1 3/1\n";
+    const Contents contents = read("obj", obj, "NEWMTL m\nmap_Kd a.png\n");
     CHECK(contents.parts.at(0).uv.at(0).at(0) == 0.5);
     CHECK(contents.parts.at(0).uv.at(0).at(1) == 1);
 }
