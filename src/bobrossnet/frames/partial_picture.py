@@ -199,7 +199,9 @@ class PartialPicture:
     def _turn_where_fast(self) -> None:
         """Switch to squares after the first round, if the planner predicts a lower error."""
         sequence = self.sequence
-        if not (self._turns and sequence.in_first_round) or self._budget is None or self.calls.in_flight > 1:
+        if not (self._turns and sequence.in_first_round and sequence.looks):  # only at the end of the round
+            return
+        if self._budget is None or self.calls.in_flight > 1:
             return
         assert isinstance(sequence, PixelSequence)
         self._turns = False
