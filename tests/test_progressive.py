@@ -67,6 +67,20 @@ def test_where_rays_are_fast_squares_are_divided_after_the_first_round(per_pixel
         left = left[len(expected) :]
 
 
+def test_batches_smaller_than_the_first_round_trace_all_pixels(clock, tree):
+    full, trace = bob.trace(tree, size=SIZE), clock.tracer(0, 5e-6)
+
+    class Batched:
+        batch = 4
+
+        def __call__(self, pixels):
+            trace(pixels)
+            return bob.SceneTracer(tree, bob.Camera(), SIZE)(pixels)
+
+    *_, last = bob.progressive(tracer=Batched(), size=SIZE, frame_ms=20)
+    assert last.gbuffer == full
+
+
 def test_frames_keep_what_they_were(tree):
     frames = bob.progressive(tree, size=SIZE, fraction=0.25)
     first = next(frames)
@@ -74,6 +88,12 @@ def test_frames_keep_what_they_were(tree):
     next(frames)
     assert np.array_equal(first.gbuffer.stack(), before[0])
     assert np.array_equal(first.image, before[1])
+
+
+def test_frames_are_found_in_collections(tree):
+    frames = list(bob.progressive(tree, size=SIZE, fraction=0.5))
+    assert frames.index(frames[1]) == 1
+    assert {*frames} == {frames[1], frames[0]}
 
 
 def flat_tracer(pixels):

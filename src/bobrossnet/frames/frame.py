@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.rendered import Picture
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Frame:
     """One step of a converging picture. In a notebook it shows itself; `save` writes it."""
 
@@ -29,13 +29,13 @@ class Frame:
     """Share of the pixels traced so far, 1 in the last frame."""
     seconds: float
     """Time for tracing and completing this frame."""
-    network: Network = field(repr=False, compare=False)
+    network: Network
     """The network that completed the image."""
-    shown: GBuffer = field(repr=False, compare=False)
+    shown: GBuffer
     """Input of the completion: traced pixels, and samples reprojected from earlier cameras."""
-    guided_color: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
+    guided_color: NDArray[np.float32] | None = None
     """The colour completed along guides, if that has been done."""
-    guided_alpha: NDArray[np.float32] | None = field(default=None, repr=False, compare=False)
+    guided_alpha: NDArray[np.float32] | None = None
     """The same for alpha."""
 
     @property
