@@ -175,6 +175,8 @@ def test_vm_errors_say_where(vm, text, message):
     ("name", "text", "message"),
     [
         ("gear.SDF", "f = sphere(1)\nwhile True: pass", "gear.SDF: line 2, column 1: while: loops are written for"),
+        ("none.sdf", "sphere(0)", "none.sdf: shape: expected a surface within the bounds"),
+        ("none.vm", "one const 1", "none.vm: shape: expected"),
         ("hi.vm", "x var-x\ny frob x", "hi.vm: line 2: expected an operation such as add"),
     ],
 )

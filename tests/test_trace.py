@@ -1,5 +1,7 @@
 """The tracer against Embree and itself; cameras and scenes."""
 
+import io
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -275,6 +277,8 @@ def test_progress_ends_at_one(tree):
         (lambda: bob.trace(cube(), fraction=5), "fraction"),
         (lambda: bob.trace(cube(), order="zigzag"), "order"),
         (lambda: bob.load(3), "source: expected a path, a shape or several, got int"),
+        (lambda: bob.load(io.StringIO("solid")), "source: expected a path, a shape or several, got an open file"),
+        (lambda: bob.Scene(io.BytesIO(b"solid")), "shapes: expected a shape or several, got an open file"),
         (lambda: bob.load([]), "shapes: expected at least one shape, got none"),
         (lambda: bob.load(bob.happy_tree(), up="w"), "up: expected one of auto, x, y, z, -x, -y, -z, got 'w'"),
         (lambda: bob.Mesh(np.zeros((4, 2)), [[0, 1, 2]]), "vertices: expected shape (n, 3), got (4, 2)"),

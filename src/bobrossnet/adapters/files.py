@@ -182,12 +182,12 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         check_file(file)
         if ending in IMPLICIT_READERS:
-            return Instance(IMPLICIT_READERS[ending](file), name=file.name)
+            # Scenes are made here, so that their errors name the file.
+            return Scene(Instance(IMPLICIT_READERS[ending](file), name=file.name))
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
             found = INSTANCE_READERS[ending](file)
-            # Made here, so that its errors name the file.
             return Scene(found, unit=found.unit) if isinstance(found, Found) else as_scene(found)
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 

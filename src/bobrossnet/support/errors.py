@@ -6,6 +6,7 @@ remedy.
 
 from __future__ import annotations
 
+import io
 import math
 import warnings
 from collections.abc import Iterator, Sequence
@@ -108,6 +109,8 @@ def check_callable(name: str, value: Any) -> None:
 
 def each_of(name: str, values: Any, what: str) -> Iterator[Any]:
     """Return an iterator over `values`; `what` describes them in the error if they are not iterable."""
+    if isinstance(values, io.IOBase):  # its lines would be taken as values
+        raise InputTypeError(f"{name}: expected {what}, got an open file; give its path")
     try:
         return iter(values)
     except Exception:
