@@ -226,6 +226,19 @@ def test_drawings_out_of_range(tmp_path, name, options, message):
     assert message in str(error.value)
 
 
+def test_drawings_are_converted_from_a_known_unit(tmp_path):
+    cut = bob.section(bob.Scene(box(2), unit="in"), "z=0")
+    cut.save(tmp_path / "cut.dxf", unit="mm")
+    lines = (tmp_path / "cut.dxf").read_text(encoding="ascii").splitlines()
+    header = lines.index("ENTITIES")
+    across = [
+        float(x) for code, x in zip(lines[header + 1 :: 2], lines[header + 2 :: 2], strict=False) if code == " 10"
+    ]
+    assert (min(across), max(across)) == pytest.approx((-25.4, 25.4), rel=1e-6)
+    cut.save(tmp_path / "cut.svg", unit="mm")
+    assert ET.parse(tmp_path / "cut.svg").getroot().get("width") == "52.832mm"
+
+
 @pytest.mark.parametrize(("unit", "number"), [(None, "4"), ("in", "1"), ("m", "6")])
 def test_drawings_have_the_unit_of_the_scene(tmp_path, unit, number):
     """Millimetres, if the scene has no unit."""

@@ -208,6 +208,16 @@ def test_oblique_sections_face_the_viewer(words):
     assert words.count("2") == 2  # the dimensions of the front view alone
 
 
+def test_lengths_are_converted_from_a_known_unit(words):
+    scene = bob.Scene(bob.Instance(BLOCK).scale(25.4), unit="mm")
+    bob.sheet(scene, ["top", "front"], unit="in", size=(300, 600), section="x>50.8")
+    assert "section x>2" in words
+    assert words.count("4 in") == 2
+    assert any("4 x 2 x 1 in   1 part   volume 8 in^3" in text for text in words)
+    with pytest.raises(bob.InputError, match="unit: expected one of"):
+        bob.sheet(scene, unit="furlongs")
+
+
 def test_long_dimensions_stay_on_the_page(words):
     """Room for them is left at both sides."""
     thin = bob.Instance(BLOCK).scale(123456.789)

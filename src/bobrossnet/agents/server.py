@@ -89,8 +89,9 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     ) -> Image:
         """Draw a shape. Several views make a sheet to one scale with dimensions; a single one fills the picture. Views:
         front, back, right, left, top, bottom, isometric. Sections such as x=0 or z>3 cut a single view open; on a sheet
-        each of them adds a view of the cut. Highlight parts by the names that describe lists, and faces by the names
-        that pick returns. Pixels of the picture can be picked and measured."""
+        each of them adds a view of the cut. Lengths of a sheet are converted to the unit. Highlight parts by the names
+        that describe lists, and faces by the names that pick returns. Pixels of the picture can be picked and
+        measured."""
         plain, _ = space.scene(file, script, up)
         scene = highlighted(plain, highlight)
         height, width = check_size(size)

@@ -32,7 +32,7 @@ def add(commands: Any) -> None:
         help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
     sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
-    sheet.add_argument("--unit", help="unit after the dimensions, such as mm (default: the file's)")
+    sheet.add_argument("--unit", help="unit of the dimensions, such as mm (default: the file's)")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
     arguments.add_section(sheet, "add a view of the shapes cut open")
@@ -47,6 +47,7 @@ def run(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.picture.files import check_picture_path
     from bobrossnet.pictures.annotations import lengths
+    from bobrossnet.pictures.sheets import in_unit
     from bobrossnet.support.machine import limit_memory
 
     limit_memory()
@@ -67,7 +68,7 @@ def run(options: argparse.Namespace) -> None:
         section=options.section,
     )
     seconds = time.perf_counter() - start
-    unit = options.unit if options.unit is not None else scene.unit or ""
+    scene, unit = in_unit(scene, options.unit)
     name, box = report.write(picture.rgba), scene.extent
     report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, unit)}, {seconds:.1f} s")
     report.fields |= {

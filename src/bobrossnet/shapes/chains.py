@@ -50,6 +50,10 @@ class Curve(NamedTuple):
             middles = np.roll(middles, -1, axis=0)
         return Curve(self.points[::-1], middles, self.is_closed)
 
+    def scaled(self, factor: float) -> Curve:
+        """Return the curve scaled about the origin."""
+        return Curve(factor * self.points, factor * self.middles, self.is_closed)
+
     def _segments(self) -> tuple[Values, Values]:
         if self.is_closed:
             return self.points, np.roll(self.points, -1, axis=0)

@@ -15,7 +15,7 @@ from bobrossnet.shapes.chains import Curve
 from bobrossnet.shapes.cuts import Plane, cut
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag
-from bobrossnet.support.units import check_unit
+from bobrossnet.support.units import check_unit, factor
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.section import Section, check_sections
 
@@ -118,7 +118,8 @@ class Contours:
         path : str or path
             Ends in .svg or .dxf (of release 12, with a layer for each part).
         unit : str, optional
-            The unit of the coordinates, such as "mm" or "in"; by default the scene's, or mm if it has none.
+            The unit of the coordinates, such as "mm" or "in"; by default the scene's, or mm if it has none. Lengths are
+            converted if the scene's unit is known.
         hatch : bool
             Fill the parts in SVG with their colour and hatching.
 
@@ -132,7 +133,8 @@ class Contours:
         hatch = check_flag("hatch", hatch)
         if not self.parts:
             raise InputError("section: expected a plane that meets a shape, got one that misses all; nothing to draw")
-        text = _svg(self, unit, hatch) if file.suffix.lower() == ".svg" else _dxf(self, unit)
+        parts = self.parts if self.unit in (None, unit) else _scaled(self.parts, factor(self.unit, unit))
+        text = _svg(parts, unit, hatch) if file.suffix.lower() == ".svg" else _dxf(parts, unit)
         write_whole(file, text.encode())
 
 
@@ -208,8 +210,12 @@ def _encloses(curve: Curve, point: NDArray[np.float64]) -> bool:
 # ---- Drawings ------------------------------------------------------------------------------------------------------
 
 
-def _svg(contours: Contours, unit: str, hatch: bool) -> str:
-    everything = np.concatenate([curve.points for part in contours.parts for curve in part.curves])
+def _scaled(parts: tuple[ContourPart, ...], factor: float) -> tuple[ContourPart, ...]:
+    return tuple(part._replace(curves=tuple(curve.scaled(factor) for curve in part.curves)) for part in parts)
+
+
+def _svg(parts: tuple[ContourPart, ...], unit: str, hatch: bool) -> str:
+    everything = np.concatenate([curve.points for part in parts for curve in part.curves])
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = 0.02 * max((high - low).max(), 1e-300)
     (x, y), (width, height) = (low[0] - margin, -high[1] - margin), high - low + 2 * margin
@@ -221,14 +227,14 @@ def _svg(contours: Contours, unit: str, hatch: bool) -> str:
     ]
     period = max(width, height) / 48
     if hatch:
-        for i in range(len(contours.parts)):
+        for i in range(len(parts)):
             angle, space = 45 if i % 2 == 0 else -45, period / (1, 1.6, 0.7)[i // 2 % 3]
             lines.append(
                 f'<pattern id="h{i}" patternUnits="userSpaceOnUse" width="{space:.6g}" height="{space:.6g}" '
                 f'patternTransform="rotate({angle})"><path d="M0 0V{space:.6g}" stroke="#000" stroke-opacity=".6" '
                 f'stroke-width="{space / 5:.6g}"/></pattern>'
             )
-    for i, part in sorted(enumerate(contours.parts), key=lambda numbered: -numbered[1].area):  # nested parts last
+    for i, part in sorted(enumerate(parts), key=lambda numbered: -numbered[1].area):  # nested parts last
         closed = "".join(_path(loop) + "Z" for loop in part.loops)
         opened = "".join(_path(line) for line in part.lines)
         stroke = 'stroke="#000" vector-effect="non-scaling-stroke"'
@@ -243,8 +249,8 @@ def _path(points: NDArray[np.float64]) -> str:
     return "M" + "L".join(f"{x:.9g} {-y:.9g}" for x, y in points.tolist())
 
 
-def _dxf(contours: Contours, unit: str) -> str:
-    layers = [_layer(part.name, i) for i, part in enumerate(contours.parts)]
+def _dxf(parts: tuple[ContourPart, ...], unit: str) -> str:
+    layers = [_layer(part.name, i) for i, part in enumerate(parts)]
     groups: list[tuple[int, object]] = [
         (0, "SECTION"), (2, "HEADER"),
         (9, "$ACADVER"), (1, "AC1009"), (9, "$INSUNITS"), (70, UNITS[unit]), (0, "ENDSEC"),
@@ -253,7 +259,7 @@ def _dxf(contours: Contours, unit: str) -> str:
     for i, layer in enumerate(layers):
         groups += [(0, "LAYER"), (2, layer), (70, 0), (62, i % 6 + 1), (6, "CONTINUOUS")]
     groups += [(0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES")]
-    for layer, part in zip(layers, contours.parts, strict=True):
+    for layer, part in zip(layers, parts, strict=True):
         for curve in part.curves:
             groups += [
                 (0, "POLYLINE"),

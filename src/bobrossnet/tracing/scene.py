@@ -219,7 +219,7 @@ class Scene:
         if factor == 1:
             return self
         scene = self.of((instance.scale(factor) for instance in self.instances), unit)
-        scene.section = tuple(Section(each.normal, factor * each.offset) for each in self.section)
+        scene.section = tuple(each.scaled(factor) for each in self.section)
         return scene
 
     @lazy

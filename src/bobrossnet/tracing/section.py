@@ -83,6 +83,10 @@ class Section:
         normal = matrix[:3, :3] @ self.normal
         return Section(normal, self.offset + float(normal @ matrix[:3, 3]))
 
+    def scaled(self, factor: float) -> Section:
+        """Return the section of a scene scaled about its origin."""
+        return Section(self.normal, factor * self.offset)
+
     def __str__(self) -> str:
         """Its text with four digits, such as "x=0"; the normal and the offset if it is oblique."""
         axis, offset = self.axis()
