@@ -389,6 +389,27 @@ def test_a_contact_sheet(folder: Path, tmp_path: Path) -> None:
     assert contact_sheet([*made, *made, Thumbnail(folder, None, "broken")], columns=2).shape[0] == 2 * sheet.shape[0]
 
 
+def test_a_contact_sheet_names_files_in_one_line(folder: Path, tmp_path: Path) -> None:
+    picture = next(each.picture for each in bob.thumbnails(folder, tmp_path / "out", size="64x48") if each.picture)
+    assert contact_sheet([Thumbnail(folder / "two\nlines.ply", picture, None)]).shape[1] == 64
+
+
+def test_folders_may_begin_at_home(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(folder.parent))
+    monkeypatch.setenv("USERPROFILE", str(folder.parent))
+    made = bob.thumbnails(f"~/{folder.name}", "~/pictures", size="16x16")
+    pictures = [each.picture for each in made if each.picture is not None]
+    assert pictures
+    assert all(folder.parent / "pictures" in picture.parents for picture in pictures)
+
+
+def test_a_file_is_no_folder_for_pictures(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for place in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match=r"^out: expected a folder to write to, got .* is a file"):
+            bob.thumbnails(folder, place)
+
+
 def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, sheet = tmp_path / "out", tmp_path / "sheet.png"
     options = ["-o", str(out), "--size", "32x32", "--background", "#ffffff", "--sheet", str(sheet)]

@@ -23,10 +23,12 @@ from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import check_picture, render
+from bobrossnet.support.atomic import check_folder
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, check_callable, check_integer
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
-from bobrossnet.support.messages import one_line
+from bobrossnet.support.messages import name_of, one_line
+from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.light import LightLike
 
 ENDING = ".png"
@@ -136,8 +138,9 @@ def thumbnails(
     style = Style(check_size(size), camera, samples, background, up, light, ground)
     count = check_integer("workers", min(_cores(), MAX_PROCESSES) if workers is None else workers, 1, MAX_PROCESSES)
     files = shape_files(source)
-    folder = Path(source) if Path(source).is_dir() else Path(source).parent
-    pictures = [Path(out) / f"{file.relative_to(folder)}{ENDING}" for file in files]
+    place = path_of(source, "source")
+    folder, out = place if place.is_dir() else place.parent, check_folder(out, "out")
+    pictures = [out / f"{file.relative_to(folder)}{ENDING}" for file in files]
     made: dict[int, Thumbnail] = {}
     missing = []
     for i, (file, picture) in enumerate(zip(files, pictures, strict=True)):
@@ -169,7 +172,7 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
     for each in made:
         if each.picture is not None:
             with Image.open(each.picture) as image:
-                panels.append((before("white", np.asarray(image.convert("RGBA"))), each.file.name))
+                panels.append((before("white", np.asarray(image.convert("RGBA"))), name_of(each.file)))
     if not panels:
         raise InputError("sheet: expected at least one thumbnail, got none")
     return sheet(panels, columns or max(round(np.sqrt(1.5 * len(panels))), 1))

@@ -21,9 +21,10 @@ from bobrossnet.picture.pose import Pose
 from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.rendering import check_picture
 from bobrossnet.pictures.views import CHANNELS, PosedView, around, views
-from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.atomic import check_folder, write_whole
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
+from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.light import LightLike
 
 FORMATS = ("npz", "exr", "webdataset")
@@ -78,9 +79,10 @@ def dataset_of_views(
         openexr()  # its lack is said before the first view
     around(style.cameras)
     files = shape_files(source)
-    folder = Path(source) if Path(source).is_dir() else Path(source).parent
+    place = path_of(source, "source")
+    folder, out = place if place.is_dir() else place.parent, check_folder(out, "out")
     ending = ".tar" if style.format == "webdataset" else ""
-    places = [Path(out) / f"{file.relative_to(folder)}{ending}" for file in files]
+    places = [out / f"{file.relative_to(folder)}{ending}" for file in files]
     complete = [place if ending else place / TRANSFORMS for place in places]
     missing = [i for i, place in enumerate(complete) if not place.is_file()]
     written = {i: Written(files[i], places[i], None, is_new=False) for i in range(len(files)) if i not in set(missing)}

@@ -43,6 +43,15 @@ def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterab
     return path
 
 
+def check_folder(path: str | os.PathLike[str], name: str) -> Path:
+    """Return `path` if it is a folder or can become one; raise InputError if a file is in its place."""
+    folder = path_of(path, name)
+    there = next((place for place in (folder, *folder.parents) if place.exists()), None)
+    if there is not None and not there.is_dir():
+        raise InputError(f"{name}: expected a folder to write to, got {folder}, where {there} is a file")
+    return folder
+
+
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a temporary file in the same folder, then move it into place.
 
