@@ -117,7 +117,8 @@ def test_cameras_that_fit_leave_nothing_out(shape: bob.Shape) -> None:
         (lambda: bob.orbit(BALL, bob.Camera(position=(3, 0, 0), fov=50)), "camera: expected an orbiting camera"),
         (lambda: bob.orbit(BALL, fraction=0), "fraction: expected a number in (0, 1], got 0"),
         (lambda: bob.Film(BALL, []), "cameras: expected at least one, got none"),
-        (lambda: bob.Film(BALL, [3]), "cameras: expected cameras, got int"),  # type: ignore[list-item]
+        (lambda: bob.Film(BALL, [3]), "camera: expected a Camera, got int"),  # type: ignore[list-item]
+        (lambda: bob.Film(BALL, "front"), "cameras: expected several cameras, got one; put it in a list"),
         (
             lambda: bob.orbit(BALL).save("x.avi"),
             "x.avi: expected a film's ending (.webp .png .gif .avif .mp4), got .avi",
@@ -141,11 +142,11 @@ def test_mistakes_are_told(call: Any, message: str, tmp_path: Path, monkeypatch:
 
 
 def test_a_film_is_its_pictures() -> None:
-    cameras = [bob.Camera(azimuth=10), bob.Camera(azimuth=200, elevation=-30, fov=40)]
+    cameras = [bob.Camera(azimuth=10), "top", bob.Camera(azimuth=200, elevation=-30, fov=40)]
     film = bob.Film(bob.happy_tree(), cameras, size="40x30", background="#fff")
     for picture, camera in zip(film, cameras, strict=True):
         assert np.array_equal(picture.rgba, bob.render(bob.happy_tree(), camera, size=(30, 40), background="#fff").rgba)
-    assert repr(film) == "Film(2 pictures of 40 x 30)"
+    assert repr(film) == "Film(3 pictures of 40 x 30)"
 
 
 def test_an_orbit_is_one_turn() -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.picture.camera import Camera, CameraLike, orbiting
+from bobrossnet.picture.camera import Camera, CameraLike, as_camera, orbiting
 from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.pictures.background import Background
@@ -50,7 +50,7 @@ class Film:
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
-    cameras : iterable of Camera
+    cameras : iterable of Camera or names of views
         One camera for each picture.
     size, samples, background, fraction, model, light, ground, edges, section
         As in `render`.
@@ -66,7 +66,7 @@ class Film:
     def __init__(
         self,
         scene: SceneLike,
-        cameras: Iterable[Camera],
+        cameras: Iterable[CameraLike],
         *,
         size: SizeLike = (480, 640),
         samples: int = 4,
@@ -80,12 +80,11 @@ class Film:
         scheduler: str | None = None,
     ) -> None:
         self.scene = as_scene(scene, section)
-        self.cameras: Sequence[Camera] = tuple(each_of("cameras", cameras, "cameras"))
+        if isinstance(cameras, Camera | str):
+            raise InputTypeError("cameras: expected several cameras, got one; put it in a list")
+        self.cameras: Sequence[Camera] = tuple(as_camera(each) for each in each_of("cameras", cameras, "cameras"))
         if not self.cameras:
             raise InputError("cameras: expected at least one, got none")
-        for camera in self.cameras:
-            if not isinstance(camera, Camera):
-                raise InputTypeError(f"cameras: expected cameras, got {type(camera).__name__}")
         self.size = check_size(size)
         check_picture(samples, background, self.size)
         check_number("fraction", fraction, 0, 1, above=True)
