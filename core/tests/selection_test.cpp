@@ -109,3 +109,16 @@ TEST(other_shapes_have_the_size_that_rays_find) {
         CHECK_NEAR(found.bounds.high[axis], middle + 0.7, 2e-5);
     }
 }
+
+TEST(rays_find_the_corners_of_a_shape) {
+    bob::Graph g;
+    const bob::Value f = abs(g.x()) + abs(g.y()) + abs(g.z() - 0.1) - 0.7;
+    auto octahedron = std::make_shared<bob::Implicit>(g.expression(f), bob::Bounds{{-1, -1, -1}, {1, 1, 1}});
+    const bob::Arrangement arrangement({{octahedron, {}, {}}});
+    const bob::Amount found = bob::amount(arrangement.scene(), std::array{bob::Primitives{0, 0, 1}}, arrangement.sphere());
+    for (int axis = 0; axis < 3; ++axis) {
+        const double middle = axis == 2 ? 0.1 : 0;
+        CHECK_NEAR(found.bounds.low[axis], middle - 0.7, 1e-5);
+        CHECK_NEAR(found.bounds.high[axis], middle + 0.7, 1e-5);
+    }
+}

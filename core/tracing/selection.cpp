@@ -91,8 +91,47 @@ std::shared_ptr<const Mesh> cut(const Mesh& mesh, std::span<const CornerNormals>
 /// The map from a shape's own units to the coordinates of the scene.
 AffineMap to_scene(const Instance& instance) { return inverse(instance.to_shape) * to_unit_sphere(instance.shape->sphere()); }
 
-/// Rays along each side of a box: a ball's comes out 1e-5 too small.
+/// Rays along each side of a box.
 constexpr std::size_t looked = 256;
+
+/// Finer lattices around the nearest hit, each a quarter as wide as the last. With none, an octahedron is .8 % too small and a ball 1e-5;
+/// with 8, both are within 2e-7.
+constexpr int refinements = 8;
+constexpr std::size_t refined = 16;
+
+struct Sighting {
+    float t = std::numeric_limits<float>::infinity();
+    Vec3 origin;
+};
+
+/// The nearest hit of parallel rays from `count` places along an axis, in the middles of equal parts of a length from `low` on.
+Sighting nearest_of(const Scene& scene, Ray ray, int axis, float low, float length, std::size_t count) {
+    std::vector<Ray> rays(count);
+    std::vector<SceneHit> hits(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        ray.origin[axis] = low + length * ((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+        rays[i] = ray;
+    }
+    scene.closest_hits(rays, hits);
+    Sighting found;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (hits[i].t < found.t) found = {hits[i].t, rays[i].origin};
+    }
+    return found;
+}
+
+/// The nearest hit of rays from a rectangle of `count` times `count` places, across two axes.
+Sighting nearest_of(const Scene& scene, const Ray& ray, const std::array<int, 2>& axes, const Vec3& low, const Vec3& size, std::size_t count) {
+    std::vector<Sighting> rows(count);
+    parallel_for(count, 8, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Ray row = ray;
+            row.origin[axes[0]] = low[axes[0]] + size[axes[0]] * ((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+            rows[i] = nearest_of(scene, row, axes[1], low[axes[1]], size[axes[1]], count);
+        }
+    });
+    return *std::min_element(rows.begin(), rows.end(), [](const Sighting& a, const Sighting& b) { return a.t < b.t; });
+}
 
 enum class Look : std::uint8_t { own, hidden, highlighted };
 
@@ -101,30 +140,21 @@ enum class Look : std::uint8_t { own, hidden, highlighted };
 Box box_by_rays(const Scene& scene, const Box& around) {
     const Vec3 low = around.low, size = around.high - around.low;
     Box found = around;
-    std::vector<float> nearest(looked);
     for (int axis = 0; axis < 3; ++axis) {
-        const int across = (axis + 1) % 3, up = (axis + 2) % 3;
+        const std::array<int, 2> across{(axis + 1) % 3, (axis + 2) % 3};
         for (const bool is_upper : {false, true}) {
-            Vec3 direction;
-            direction[axis] = is_upper ? -1.f : 1.f;
-            const float start = (is_upper ? around.high : around.low)[axis] - 0.5f * direction[axis];
-            parallel_for(looked, 8, [&](std::size_t begin, std::size_t end) {
-                std::vector<Ray> rays(looked);
-                std::vector<SceneHit> hits(looked);
-                for (std::size_t i = begin; i < end; ++i) {
-                    const auto place = [](std::size_t k) { return (static_cast<float>(k) + 0.5f) / looked; };
-                    for (std::size_t j = 0; j < looked; ++j) {
-                        Vec3 origin;
-                        origin[axis] = start, origin[across] = low[across] + size[across] * place(i), origin[up] = low[up] + size[up] * place(j);
-                        rays[j] = {origin, direction};
-                    }
-                    scene.closest_hits(rays, hits);
-                    nearest[i] = std::numeric_limits<float>::infinity();
-                    for (const SceneHit& hit : hits) nearest[i] = std::min(nearest[i], hit.t);
-                }
-            });
-            const float t = *std::min_element(nearest.begin(), nearest.end());
-            if (t < std::numeric_limits<float>::infinity()) (is_upper ? found.high : found.low)[axis] = start + direction[axis] * t;
+            Ray ray{};
+            ray.direction[axis] = is_upper ? -1.f : 1.f;
+            const float start = (is_upper ? around.high : around.low)[axis] - 0.5f * ray.direction[axis];
+            ray.origin[axis] = start;
+            Sighting nearest = nearest_of(scene, ray, across, low, size, looked);
+            if (!(nearest.t < std::numeric_limits<float>::infinity())) continue;
+            Vec3 window = (2.f / looked) * size;
+            for (int i = 0; i < refinements; ++i, window = 0.25f * window) {
+                const Sighting closer = nearest_of(scene, ray, across, nearest.origin - 0.5f * window, window, refined);
+                if (closer.t < nearest.t) nearest = closer;
+            }
+            (is_upper ? found.high : found.low)[axis] = start + ray.direction[axis] * nearest.t;
         }
     }
     return found;

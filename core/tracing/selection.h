@@ -20,8 +20,8 @@ struct Primitives {
 /// empty. Hits on instances that were cut keep the user's numbers (`Shape::place`), and meshes keep their shading.
 [[nodiscard]] Scene selected(const Scene& scene, std::span<const Primitives> hidden, std::span<const Primitives> highlighted, const Vec3& color);
 
-/// The box of a scene's surfaces by rays from the six sides of a box around them. They may miss parts thinner than 1/256 of it; a side
-/// whose rays all miss stays.
+/// The box of a scene's surfaces by rays from the six sides of a box around them, finer around the nearest hit of each side. They may miss
+/// parts thinner than 1/256 of it; a side whose rays all miss stays.
 [[nodiscard]] Box box_by_rays(const Scene& scene, const Box& around);
 
 /// Size, area and volume of primitives, in the units of the sphere that is the scene's. The size of other shapes than meshes is found by
