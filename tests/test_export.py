@@ -1,5 +1,7 @@
 """Networks as ONNX: results of another runtime."""
 
+import sys
+
 import numpy as np
 import onnxruntime
 import pytest
@@ -25,3 +27,11 @@ def test_mistakes_are_named(tmp_path):
     with pytest.raises(bob.InputError, match="can't write it"):
         bob.export("paper", tmp_path / "no" / "paper.onnx")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_torch_is_named(tmp_path, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("bobrossnet.learn")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(bob.InputError, match=r"^export: this needs torch: pip install 'bobrossnet\[train\]'"):
+        bob.export("paper", tmp_path / "paper.onnx")

@@ -224,6 +224,12 @@ def test_pictures_of_shapes_are_written(fraction, tree, tmp_path):
     assert np.allclose(file.role("color")[..., 1], bob.complete(part), atol=1e-4)
 
 
+def test_a_missing_library_is_named_before_files_are_read(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    assert main(["render", str(tmp_path / "nothing.ply"), "-o", str(tmp_path / "out.exr")]) == 2
+    assert "OpenEXR files need OpenEXR: pip install 'bobrossnet[exr]'" in capsys.readouterr().err
+
+
 def test_what_is_no_such_file_is_named(picture, tmp_path, capsys):
     text = tmp_path / "text.exr"
     text.write_text("not a picture")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from bobrossnet.support.errors import InputError
+
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write a network and its weights as an ONNX file. Needs the [train] extra.
@@ -22,9 +24,13 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     Raises
     ------
     InputError
-        If the weights can't be used or the file can't be written.
+        If the weights can't be used, the file can't be written or the extra is not installed.
     """
     from importlib.metadata import distribution  # a tenth of the time of importing the package
 
     (point,) = distribution("bobrossnet").entry_points.select(group="bobrossnet.export", name="onnx")
-    point.load()(model, path)  # this imports torch, which nothing else here needs
+    try:
+        write = point.load()  # this imports torch, which nothing else here needs
+    except ModuleNotFoundError as error:
+        raise InputError(f"export: this needs {error.name}: pip install 'bobrossnet[train]'") from error
+    write(model, path)

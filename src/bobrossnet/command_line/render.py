@@ -143,7 +143,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.completion.complete import GUIDED
     from bobrossnet.completion.exr import channels_of
     from bobrossnet.completion.network import NetworkLike, load_network
-    from bobrossnet.picture.exr import ENDING, write_exr
+    from bobrossnet.picture.exr import ENDING, openexr, write_exr
     from bobrossnet.picture.files import (
         FORMATS,
         color_to_8_bit,
@@ -176,6 +176,8 @@ def run(options: argparse.Namespace) -> None:
         raise bob.InputError(
             f"{out}: expected no --panels, --background or --samples, which change only display pictures"
         )
+    if is_exr:
+        openexr()  # its lack is said before any time is spent on the picture
     background = arguments.background(options.background)
     check_picture(options.samples, background, options.size)
     camera = _camera(options)  # checked before the files are read
