@@ -208,6 +208,21 @@ def test_resting_pictures_have_the_pixels_of_the_screen(shown, folder, size, rat
     assert (np.abs(found[..., 0].astype(int) - smoothed[..., 0]) > 2).mean() > 0.0005
 
 
+def test_the_picture_follows_the_screens_pixels(shown):
+    """They change with the page's zoom, and with a window that moves to another screen."""
+    page = shown('src="wedge.glb" edges')
+    session = page.context.new_cdp_session(page)
+    for ratio in (2, 1.5, 1):  # the width, too: else Chromium's emulation tells no page of the ratio
+        screen = {"width": 800 + int(4 * ratio), "height": 600, "deviceScaleFactor": ratio, "mobile": False}
+        session.send("Emulation.setDeviceMetricsOverride", screen)
+        page.wait_for_function(
+            "(size) => document.querySelector('bob-view').viewing.schedule.size.width === size", arg=WIDTH * ratio
+        )
+        assert exact(page).shape == (HEIGHT * ratio, WIDTH * ratio, 4)
+        assert page.evaluate("() => document.querySelector('bob-view').viewing.schedule.thickness") == 1.5 * ratio
+    session.send("Emulation.clearDeviceMetricsOverride")
+
+
 def test_what_is_wrong_is_told_and_shown(shown):
     page = shown('src="none.ply"')
     page.wait_for_selector("#wrong:not([hidden])")

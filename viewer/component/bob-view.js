@@ -124,6 +124,8 @@ class BobViewElement extends Parent {
   #default = HOME;
   #isTurned = false; // whether an azimuth was chosen
   #resizing = new ResizeObserver(() => this.#resize());
+  /** Ends listening to the screen. @type {AbortController | undefined} */
+  #watching;
   #sight = new Sight(this, () => this.#see());
   #motion = new Motion(() => this.camera, (camera, source) => this.#look(camera, source), () => this.pictureBox);
   #children = new MutationObserver(() => this.#addSpots());
@@ -194,6 +196,8 @@ class BobViewElement extends Parent {
     this.#resize();
     this.#describe();
     this.#resizing.observe(this);
+    this.#watching = new AbortController();
+    this.#watchPixels(this.#watching.signal);
     this.#children.observe(this, { childList: true });
     this.#addSpots();
     this.#sight.begin();
@@ -214,6 +218,7 @@ class BobViewElement extends Parent {
   disconnectedCallback() {
     this.#camera = this.camera;
     this.#resizing.disconnect();
+    this.#watching?.abort();
     this.#children.disconnect();
     this.#sight.end();
     this.#viewing?.end();
@@ -677,6 +682,15 @@ class BobViewElement extends Parent {
     const shrink = Math.min(clientWidth / width, clientHeight / height);
     this.#canvas.style.width = `${width * shrink}px`, this.#canvas.style.height = `${height * shrink}px`;
     this.#viewing.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
+  }
+
+  /** Follows the size of the screen's pixels, which the page's zoom and other screens change. @param {AbortSignal} signal */
+  #watchPixels(signal) {
+    matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
+      this.#resize();
+      this.#draw();
+      this.#watchPixels(signal);
+    }, { once: true, signal });
   }
 
   // ---- Marks on the picture -------------------------------------------------------------------------------
