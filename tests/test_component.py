@@ -154,6 +154,51 @@ def test_another_scene_replaces_it(shown, folder):
     assert_shows(page, expected(bob.load(folder / "gear.sdf")))
 
 
+def test_the_final_picture_is_of_the_newest_scene(shown, folder):
+    """Even if it was asked for while the previous scene was displayed."""
+    page = shown('src="gear.sdf" samples="1"')
+    exact(page)
+    page.evaluate("""() => {
+      const view = document.querySelector("bob-view");
+      view.src = "wedge.glb";
+      return view.converged();
+    }""")
+    assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+    reasons = page.evaluate("""async () => {
+      const view = document.querySelector("bob-view"), other = document.createElement("bob-view"), reasons = [];
+      document.body.append(other);
+      for (const [of, src] of [[view, "none.ply"], [other, "none.ply"], [other, "http://["]]) {
+        of.src = src;
+        for (const end of [of.converged(), of.toBlob()]) reasons.push(await end.catch(({ message }) => message));
+      }
+      return reasons;
+    }""")
+    assert len(reasons) == 6
+    assert all("404" in reason for reason in reasons[:4])
+    assert reasons[4:] == ["src: expected an address, got http://["] * 2
+    page.evaluate("() => { document.querySelector('bob-view').src = null; }")  # the displayed scene stays
+    assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+
+
+def test_a_scene_from_bytes_moves_with_its_element(shown, folder):
+    page = shown('src="gear.sdf" samples="1"')
+    exact(page)
+    page.evaluate("""async () => {
+      const view = document.querySelector("bob-view"), place = document.createElement("div");
+      await view.open("wedge.glb", await (await fetch("wedge.glb")).blob());
+      document.body.append(place);
+      place.append(view);
+    }""")
+    assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+    page.evaluate("""() => {
+      const view = document.querySelector("bob-view");
+      view.remove();
+      view.src = "gear.sdf?newer#gear.sdf";
+      document.body.append(view);
+    }""")
+    assert_shows(page, expected(bob.load(folder / "gear.sdf")))
+
+
 LATER = """<!doctype html>
 <bob-view picture-size="128x96"></bob-view>
 <script>

@@ -154,6 +154,8 @@ class BobViewElement extends Parent {
   #refines = true; // without such pictures
   /** The open scene's name and source. @type {[string, Blob | string] | undefined} */
   #source;
+  /** Resolves once the scene asked for last is displayed; rejected if it cannot be. @type {Promise<void>} */
+  #displayed = Promise.resolve();
   #isRevealed = false; // by dismissPoster()
   #isNew = false; // whether the scene has no picture yet
   /** @type {import("../workers/completing.js").Showing} */
@@ -202,7 +204,8 @@ class BobViewElement extends Parent {
     this.#addSpots();
     this.#sight.begin();
     this.#see();
-    if (this.src !== null) this.#open();
+    if (this.#source) this.#read(...this.#source);
+    else if (this.src !== null) this.#open();
   }
 
   /** Takes over properties that were set before this class was known: they hide its accessors. */
@@ -233,7 +236,9 @@ class BobViewElement extends Parent {
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
     if (name === "src") {
-      if (this.#viewing && value !== null) this.#open(); // else when it is connected
+      if (!this.#viewing) this.#source = undefined; // opened when it is connected
+      else if (value !== null) this.#open();
+      else this.#await(Promise.resolve()); // the displayed scene stays
     } else if (name === "camera-orbit") {
       const camera = fromCameraOrbit(value);
       if (camera) this.#look(camera, "none");
@@ -377,7 +382,17 @@ class BobViewElement extends Parent {
    *
    * @returns {Promise<void>} rejected if the element is removed before, or its scene fails
    */
-  converged() {
+  async converged() {
+    let displayed;
+    do {
+      displayed = this.#displayed;
+      await displayed;
+      await this.#exact();
+    } while (displayed !== this.#displayed); // another scene was asked for meanwhile
+  }
+
+  /** Resolves once the picture of the displayed scene is final. @returns {Promise<void>} rejected as converged */
+  #exact() {
     return new Promise((resolve, reject) => {
       const listening = new AbortController(), { signal } = listening;
       const check = () => {
@@ -556,8 +571,16 @@ class BobViewElement extends Parent {
   #open() {
     const address = this.#address;
     if (address) return this.#read(fileName(address), address.href);
+    const message = `src: expected an address, got ${this.src?.slice(0, 100)}`;
+    this.#await(Promise.reject(new Error(message)));
     // Deferred, so that the page can add listeners first.
-    queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
+    queueMicrotask(() => this.#fail(message));
+  }
+
+  /** @param {Promise<void>} displayed of the scene that was asked for */
+  #await(displayed) {
+    this.#displayed = displayed;
+    displayed.catch(() => {}); // told by an event
   }
 
   /** The rotation of a file's scene. @param {string} name with the suffix of its format */
@@ -573,15 +596,19 @@ class BobViewElement extends Parent {
     }
   }
 
-  /** @param {string} name @param {Blob | string} source */
+  /** @param {string} name @param {Blob | string} source @returns {Promise<void>} resolved once it is displayed, or after an event */
   async #read(name, source) {
-    const asked = this.#source = /** @type {[string, Blob | string]} */ ([name, source]);
+    const { viewing } = this, asked = this.#source = /** @type {[string, Blob | string]} */ ([name, source]);
     this.ariaBusy = "true";
-    const { viewing } = this;
-    try {
+    const display = async () => {
       const turn = await this.#rotationOf(name);
       // The module for turning may have come after a newer request.
       if (viewing === this.#viewing && asked === this.#source && await viewing.read(name, source, { turn })) this.begun();
+    };
+    const displayed = display();
+    this.#await(displayed);
+    try {
+      await displayed;
     } catch (error) {
       this.#fail(error instanceof Error ? error.message : String(error));
     } finally {
