@@ -292,6 +292,7 @@ def test_what_is_wrong_is_told_and_shown(shown):
         ('camera-orbit="up"', "camera-orbit: expected angles and a share, such as 120deg 70deg 100%, got up"),
         ('camera-orbit="1deg 2deg 3m"', "camera-orbit: expected angles and a share, such as 120deg 70deg 100%, got 1d"),
         ('field-of-view="wide"', "field-of-view: expected an angle, such as 35deg, got wide"),
+        ('samples="all"', "samples: expected a number of at least 1, got all"),
     ],
 )
 def test_wrong_words_are_told(shown, attribute, message):

@@ -519,13 +519,43 @@ def test_it_turns_as_soon_and_as_fast_as_wanted(shown):
         ('exposure="-1"', "exposure: expected a number of at least 0, got -1"),
         ('min-camera-orbit="1"', "min-camera-orbit: expected angles and a share, such as auto 30deg 50%, got 1"),
         ('max-field-of-view="wide"', "max-field-of-view: expected an angle, such as 20deg, got wide"),
+        ('exposure=""', "exposure: expected a number of at least 0, got "),
+        ('light="sun"', "light: expected scene, headlight or studio, got sun"),
+        (
+            'section="x"',
+            "section: expected an axis, a relation and a number, such as 'x=0', 'z>3' or 'y<=-1.5', got 'x'",
+        ),
+        ('picture-size="640"', "picture-size: expected a width and a height in pixels, such as 640x480, got 640"),
+        ('workers="0"', "workers: expected a number of at least 1, got 0"),
+        ('snap="-1"', "snap: expected a number of CSS pixels, or nothing, got -1"),
+        ('auto-rotate-delay="3s"', "auto-rotate-delay: expected milliseconds, got 3s"),
+        ('rotation-per-second="10%"', "rotation-per-second: expected an angle, such as 30deg, got 10%"),
     ],
 )
 def test_wrong_attributes_are_told_and_change_nothing(shown, attribute, message):
+    """The message stays until the attribute is right."""
     page = shown(f'src="two.bob" {attribute}')
     told = page.evaluate("() => told.filter(({ type }) => type === 'error').map(({ detail }) => detail.message)")
     assert told == [message]
     assert camera(page) == bob.Camera()
+    assert page.text_content("#wrong:not([hidden])") == message
+    page.evaluate(f"(name) => {VIEW}.removeAttribute(name)", attribute.partition("=")[0])
+    assert page.is_hidden("#wrong")
+
+
+@pytest.mark.parametrize("camera", ["{ azimuth: NaN }", "{ zoom: 'near' }", "{ panX: Infinity }"])
+def test_cameras_without_numbers_are_refused(shown, camera):
+    page = shown()
+    before, reasons = page.evaluate(f"""async () => {{
+      const view = {VIEW}, before = view.camera, reasons = [];
+      try {{ view.camera = {camera}; }} catch ({{ message }}) {{ reasons.push(message); }}
+      await view.goTo({camera}).catch(({{ message }}) => reasons.push(message));
+      view.camera = {{ azimuth: undefined }};
+      return [before, reasons];
+    }}""")
+    assert len(reasons) == 2
+    assert all(reason.startswith("camera: expected finite numbers, got ") for reason in reasons)
+    assert page.evaluate(f"() => {VIEW}.camera") == before
 
 
 def test_properties_reflect_attributes(shown):

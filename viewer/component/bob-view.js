@@ -52,10 +52,11 @@
 import { addressOf, fileName } from "../core/addresses.js";
 import { isSingleFile, useFolder, usedFolder } from "../core/parts.js";
 import { VERSION } from "../core/version.js";
-import { FIELDS, FRONT, HOME, valid } from "../picture/camera.js";
+import { FIELDS, FRONT, HOME, given, valid } from "../picture/camera.js";
 import { projection } from "../picture/projection.js";
 import { WHOLE, changed } from "../tracing/cutaway.js";
 import { planesOf, sectionsOf, textOf, toggled, validSections } from "../tracing/section.js";
+import { LIGHTS, expectation } from "./attributes.js";
 import { define } from "./define.js";
 import { listen, listenForClicks } from "./gestures.js";
 import { KEYS, listenToKeys } from "./keys.js";
@@ -67,12 +68,11 @@ import { Sight } from "./sight.js";
 import { style } from "./style.js";
 import { Viewing } from "./viewing.js";
 import { VIEWS, VIEW_NAMES } from "./views.js";
-import { degrees, fromCameraOrbit, fromFieldOfView, orbitOf, toCameraOrbit } from "./words.js";
+import { degrees, fromCameraOrbit, fromFieldOfView } from "./words.js";
 
 const MOST_WORKERS = 8; // each has a copy of the whole scene
 const MOST_PIXELS = 2 ** 26; // of a canvas: twice an 8K screen's
 const SAMPLES = 4;
-const LIGHTS = ["scene", "headlight", "studio"];
 const PAPER = "linear-gradient(#fff, #dde2e8)"; // behind shadows
 const REACH = 10; // CSS pixels, within which clicks snap
 const LINE = 1.5; // CSS pixels, as bobrossnet.Edges
@@ -113,6 +113,7 @@ class BobViewElement extends Parent {
   #poster = made("img", { hidden: true, alt: "" });
   #prompt = made("p", { id: "prompt", className: "unseen", textContent: "Drag to turn" });
   #wrong = made("p", { id: "wrong", hidden: true });
+  #wrongIn = ""; // the attribute that its message is about
   #where = made("p", { id: "where", role: "status" });
   #whereTimer = 0;
   #context = /** @type {ImageBitmapRenderingContext} */ (this.#canvas.getContext("bitmaprenderer"));
@@ -235,6 +236,9 @@ class BobViewElement extends Parent {
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
+    if (this.#wrongIn === name) this.#wrong.hidden = true;
+    const expected = expectation(name, value), isRight = expected === null;
+    if (!isRight) this.#fail(`${name}: expected ${expected}, got ${value}`, name);
     if (name === "src") {
       if (!this.#viewing) this.#source = undefined; // opened when it is connected
       else if (value !== null) this.#open();
@@ -242,15 +246,10 @@ class BobViewElement extends Parent {
     } else if (name === "camera-orbit") {
       const camera = fromCameraOrbit(value);
       if (camera) this.#look(camera, "none");
-      else if (value !== null) this.#fail(`camera-orbit: expected angles and a share, such as ${toCameraOrbit(HOME)}, got ${value}`);
     } else if (name === "field-of-view") {
       const fov = value === null ? 0 : fromFieldOfView(value);
       if (fov !== null) this.#look({ fov }, "none");
-      else this.#fail(`field-of-view: expected an angle, such as 35deg, got ${value}`);
     } else if (LIMITS.includes(name)) {
-      if (value !== null && !(/orbit/.test(name) ? orbitOf(value) : fromFieldOfView(value))) {
-        this.#fail(`${name}: expected ${/orbit/.test(name) ? "angles and a share, such as auto 30deg 50%" : "an angle, such as 20deg"}, got ${value}`);
-      }
       this.#look({}, "none");
     } else if (name === "up" || name === "orientation") {
       if (this.#source && this.#viewing) this.#read(...this.#source);
@@ -260,13 +259,10 @@ class BobViewElement extends Parent {
     } else if (name === "view-cube") {
       this.#addCube();
     } else if (name === "exposure") {
-      const exposure = Number(value ?? 1);
-      if (exposure >= 0 && exposure < Infinity) this.show({ exposure });
-      else this.#fail(`exposure: expected a number of at least 0, got ${value}`);
+      if (isRight) this.show({ exposure: Number(value ?? 1) });
     } else if (name === "light") {
       this.#viewing?.light(this.#light);
       this.#showBehind();
-      if (value !== null && !LIGHTS.includes(value)) this.#fail(`light: expected ${LIGHTS.slice(0, -1).join(", ")} or ${LIGHTS.at(-1)}, got ${value}`);
     } else if (name === "background") {
       this.style.background = value ?? "";
       this.#showBehind();
@@ -303,8 +299,9 @@ class BobViewElement extends Parent {
 
   /** @param {Partial<Camera>} camera missing parameters are unchanged */
   set camera(camera) {
+    const changes = given(camera);
     this.#motion.stop();
-    this.#look(camera, "none");
+    this.#look(changes, "none");
   }
 
   /** The attribute `src`. @returns {string | null} */
@@ -420,7 +417,7 @@ class BobViewElement extends Parent {
     if (view === "home") return this.#home("none");
     const camera = typeof view === "string" ? VIEWS[view] : view;
     if (!camera) throw new TypeError(`goTo: expected home, ${VIEW_NAMES.join(", ")} or a camera, got ${view}`);
-    return this.#motion.goTo(camera);
+    return this.#motion.goTo(given(camera));
   }
 
   /** Removes the poster, with reveal="manual" as soon as there is a picture. */
@@ -529,7 +526,7 @@ class BobViewElement extends Parent {
     try {
       this.#cut({ planes: planesOf(sectionsOf(text)) }, source);
     } catch (error) {
-      return this.#fail(/** @type {Error} */ (error).message);
+      return this.#fail(/** @type {Error} */ (error).message, "section");
     }
     this.#handle();
     this.dispatchEvent(new CustomEvent("section-change", { detail: { section: text, source } }));
@@ -588,12 +585,7 @@ class BobViewElement extends Parent {
     const up = this.getAttribute("up"), orientation = this.getAttribute("orientation");
     if (up === null && orientation === null) return null;
     const { rotationOf } = await import("../component/orientation.js");
-    try {
-      return rotationOf(name, up, orientation);
-    } catch (error) {
-      this.#fail(/** @type {Error} */ (error).message);
-      return null;
-    }
+    return rotationOf(name, up, orientation);
   }
 
   /** @param {string} name @param {Blob | string} source @returns {Promise<void>} resolved once it is displayed, or after an event */
@@ -625,15 +617,16 @@ class BobViewElement extends Parent {
     this.#handles?.ask();
     this.#marker?.clear();
     this.#cut({ hidden: [], highlighted: [] });
-    this.#wrong.hidden = true;
+    if (this.#wrongIn === "src") this.#wrong.hidden = true;
   }
 
-  /** @param {string} message */
-  #fail(message) {
+  /** @param {string} message @param {string} [attribute] that is wrong */
+  #fail(message, attribute = "src") {
     const event = new CustomEvent("error", { detail: { type: "loadfailure", message }, cancelable: true });
     if (!this.dispatchEvent(event)) return;
     this.#wrong.textContent = message;
     this.#wrong.hidden = false;
+    this.#wrongIn = attribute;
   }
 
   // ---- Pictures ------------------------------------------------------------------------------------------

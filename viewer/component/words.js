@@ -16,6 +16,12 @@ export function degrees(text) {
   return match && Number(match[1]) * (match[2] === "rad" ? 180 / Math.PI : 1);
 }
 
+/** Parses three angles to degrees. @param {string} text such as "0deg 90deg 0deg" @returns {number[] | null} null if invalid */
+export function anglesOf(text) {
+  const angles = text.trim().split(/\s+/).map(degrees);
+  return angles.length === 3 && angles.every((angle) => angle !== null) ? /** @type {number[]} */ (angles) : null;
+}
+
 /**
  * Parses an orbit; "auto" is undefined.
  *

@@ -33,3 +33,15 @@ export function valid({ azimuth, elevation, roll, zoom, panX, panY, fov }) {
     fov: fov > 0 ? clamp(fov, 0.1, 175) : 0,
   };
 }
+
+/**
+ * The parameters that a page gives, as numbers.
+ *
+ * @param {Partial<Camera>} camera undefined ones are missing @returns {Partial<Camera>}
+ * @throws {TypeError} unless they are finite numbers
+ */
+export function given(camera) {
+  const names = FIELDS.filter((name) => camera[name] !== undefined), wrong = names.find((name) => !Number.isFinite(Number(camera[name])));
+  if (wrong) throw new TypeError(`camera: expected finite numbers, got ${String(camera[wrong]).slice(0, 100)} as ${wrong}`);
+  return Object.fromEntries(names.map((name) => [name, Number(camera[name])]));
+}
