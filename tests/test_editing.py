@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 from test_viewer import Page, assert_equal_pictures, expected
 
 import bobrossnet as bob
@@ -204,6 +205,56 @@ def test_several_models_are_one_scene(page, tmp_path):
     page.wait_until(lambda: page.text("#gallery option:checked") == "a.stl and 1 more")
     assert page.text("#message") == ""
     assert_equal_pictures(page.exact(), expected(bob.load(files)))
+
+
+def test_files_that_are_no_models_are_not_opened(page, tmp_path):
+    """Whatever their order, as in downloads with a licence."""
+    (tmp_path / "LICENSE.txt").write_text("CC0")
+    parts()[0].save(tmp_path / "part.stl")
+    page.tab.set_input_files("#file", [tmp_path / "LICENSE.txt", tmp_path / "part.stl"])
+    page.wait_until(lambda: page.text("#gallery option:checked") == "part.stl")
+    assert page.text("#message") == ""
+    page.tab.set_input_files("#file", tmp_path / "LICENSE.txt")
+    page.wait_until(lambda: page.text("#message").startswith("LICENSE.txt: expected one of .ply"))
+
+
+def dropped(page, *paths):
+    session = page.tab.context.new_cdp_session(page.tab)
+    data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
+    for event in ("dragEnter", "dragOver", "drop"):
+        session.send("Input.dispatchDragEvent", {"type": event, "x": 60, "y": 60, "data": data})
+
+
+def test_folders_are_dropped(page, tmp_path):
+    """With textures in a folder below."""
+    folder = tmp_path / "model"
+    (folder / "textures").mkdir(parents=True)
+    (folder / "empty").mkdir()
+    (folder / "LICENSE.txt").write_text("CC0")
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(folder / "textures/red.png")
+    (folder / "part.mtl").write_text("newmtl red\nmap_Kd textures/red.png\n")
+    corners = "v 0 0 0\nv 3 0 0\nv 0 2 0\nv 0 0 1\nvt 0 0\n"
+    faces = "f 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 2/1 3/1 4/1\nf 3/1 1/1 4/1\n"
+    (folder / "part.obj").write_text(f"mtllib part.mtl\n{corners}usemtl red\n{faces}")
+    dropped(page, folder)
+    page.wait_until(lambda: page.text("#gallery option:checked") == "part.obj")
+    assert page.text("#message") == ""
+    picture = page.exact()
+    assert picture[..., 0].max() > 100
+    assert picture[..., 1].max() < 20
+    dropped(page, folder / "empty")
+    page.wait_until(lambda: page.text("#message") == "drop: expected files, got an empty folder")
+
+
+def test_dropped_text_is_the_editors(page):
+    assert page.tab.evaluate("""() => ["text/plain", "Files"].map((type) => {
+      const dataTransfer = new DataTransfer();
+      if (type === "Files") dataTransfer.items.add(new File([], "a.stl"));
+      else dataTransfer.setData(type, "sphere(1)");
+      const settings = { dataTransfer, bubbles: true, cancelable: true }, text = document.querySelector("#text");
+      return ["dragover", "drop"].map((name) => text.dispatchEvent(new DragEvent(name, settings)));
+    })""") == [[True, True], [False, False]]
+    page.wait_until(lambda: page.text("#message") == "a.stl: expected a mesh, got an empty file")
 
 
 def test_a_wrong_model_among_several_is_named(page, tmp_path):

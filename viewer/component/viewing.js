@@ -19,16 +19,15 @@
  *   another mode
  * @property {(message: string) => void} failed no more pictures will come, for the reason given
  */
+import { isMesh } from "../core/endings.js";
 import { isThere } from "../core/parts.js";
 import { HOME } from "../picture/camera.js";
 import { crew } from "../workers/crew.js";
 import { Schedule } from "../workers/schedule.js";
 import { Statistics } from "./statistics.js";
 
-const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
-
 /** The smallest module for a file; a single file for meshes has no other. @param {string} name @returns {CoreName} */
-const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
+const coreFor = (name) => (isMesh(name) || !isThere("core.wasm") ? "core.mesh" : "core");
 
 /**
  * A scene that was opened, or will be.

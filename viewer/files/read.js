@@ -1,6 +1,7 @@
 // @ts-check
 /** Files: a scene from their contents, or one line with the reason. */
 
+import { CONVERTED, ENDINGS, endingOf, isMesh, isModel } from "../core/endings.js";
 import { CoreError, oneLine } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
@@ -17,32 +18,19 @@ import { meshScene } from "./joined.js";
  * @typedef {(core: Core, bytes: ArrayBuffer, name: string, beside: Beside) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
-const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
-
 /** Formats whose front is known. */
 const GLTF = ["glb", "gltf"];
 
-/** Readers by the ending of the file's name. @type {Record<string, Reader>} */
+/** Readers by the ending of the file's name; the core reads the others. @type {Record<string, Reader>} */
 const READERS = {
-  ...Object.fromEntries(MESHES.map((ending) => [ending, inCore(ending.slice(1))])),
-  ".3mf": inCore("3mf"),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
   ".bob": readBob,
 };
 
-/** Readable files. */
-export const ENDINGS = Object.keys(READERS);
-
 /** Maximum length of all file names in a suggested command; longer ones are replaced by FILE. */
 const MOST_NAMED = 40;
-
-/** Files that only the Python package reads. */
-const CONVERTED = [".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".iges", ".igs"];
-
-/** @param {string} name of a file */
-const endingOf = (name) => /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
 
 /** The command that packs files for this page. @param {...string} names */
 function packing(...names) {
@@ -59,7 +47,7 @@ function packing(...names) {
  */
 export function checkFormat(name) {
   const ending = endingOf(name);
-  if (Object.hasOwn(READERS, ending)) return;
+  if (ENDINGS.includes(ending)) return;
   const problem = CONVERTED.includes(ending)
     ? `expected a format that this page reads, got ${ending}; convert it: ${packing(name)}`
     : `expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}; ${ending ? "convert it to one" : "add one, as in #part.glb after an address"}`;
@@ -78,9 +66,9 @@ export function checkFormat(name) {
  *   script
  */
 export async function readFile(core, name, bytes, beside = new Beside()) {
-  const models = beside.files.filter(isModel);
+  const models = beside.files.filter((file) => isModel(file.name));
   for (const file of models) checkFormat(file.name);
-  const other = models.find((file) => isMesh(file) !== isMesh({ name }));
+  const other = models.find((file) => isMesh(file.name) !== isMesh(name));
   if (other) {
     throw new CoreError(oneLine(`${other.name}: expected only meshes, or none, got ${name} too; open one, or pack both: ${packing(name, other.name)}`));
   }
@@ -91,18 +79,12 @@ export async function readFile(core, name, bytes, beside = new Beside()) {
   return inCanonicalOrder(core, scene);
 }
 
-/** @param {{name: string}} file */
-const isModel = ({ name }) => [...ENDINGS, ...CONVERTED].includes(endingOf(name));
-
-/** Whether only the module "core.mesh" reads it. @param {{name: string}} file */
-const isMesh = ({ name }) => MESHES.includes(endingOf(name));
-
 /** @param {Core} core @param {string} name @param {ArrayBuffer} bytes @param {Beside} beside */
 async function readOne(core, name, bytes, beside) {
   checkFormat(name);
-  const ending = endingOf(name), read = READERS[ending];
+  const ending = endingOf(name), read = READERS[ending] ?? inCore(ending.slice(1));
   try {
-    if (bytes.byteLength === 0) throw new CoreError(`expected a ${isMesh({ name }) ? "mesh" : "scene"}, got an empty file`);
+    if (bytes.byteLength === 0) throw new CoreError(`expected a ${isMesh(name) ? "mesh" : "scene"}, got an empty file`);
     return await read(core, bytes, name, beside);
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];

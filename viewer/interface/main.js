@@ -10,8 +10,10 @@
 import { BobView } from "../component/bob-view.js";
 import { made } from "../component/made.js";
 import { addressOf, fileName } from "../core/addresses.js";
+import { isModel } from "../core/endings.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE } from "../picture/camera.js";
+import { droppedFiles } from "./dropped.js";
 import { Editor } from "./editor.js";
 import { Kept } from "./kept.js";
 import { LightControl } from "./lighting.js";
@@ -212,12 +214,9 @@ function openFile(opened, name, source, beside) {
   return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked, beside);
 }
 
-/** Files that belong to a model: textures, buffers and materials. */
-const BESIDE = /\.(mtl|bin|png|jpe?g|webp|bmp|gif)$/i;
-
-/** Opens the models among the files as one scene, with the others as their parts. @param {Iterable<File> | null | undefined} files */
+/** Opens the models among the files as one scene; the others may be their textures, buffers and materials. @param {Iterable<File> | null} files */
 function openFiles(files) {
-  const all = Array.from(files ?? []), models = all.filter(({ name }) => !BESIDE.test(name)), model = models[0] ?? all[0];
+  const all = Array.from(files ?? []), models = all.filter(({ name }) => isModel(name)), model = models[0] ?? all[0];
   if (!model) return;
   const title = models.length > 1 ? `${model.name} and ${models.length - 1} more` : model.name;
   openFile({ title }, model.name, model, all.filter((other) => other !== model));
@@ -233,7 +232,11 @@ yUp.addEventListener("change", () => {
   if (scene.source) openFile(scene, scene.source.name, scene.source.source, scene.source.beside);
 });
 
+/** Whether files are dragged, not text, which the editor takes. @param {DragEvent} event */
+const hasFiles = ({ dataTransfer }) => dataTransfer?.types.includes("Files") === true;
+
 addEventListener("dragover", (event) => {
+  if (!hasFiles(event)) return;
   event.preventDefault();
   drop.hidden = false;
 });
@@ -241,10 +244,17 @@ addEventListener("dragleave", (event) => {
   if (event.relatedTarget === null) drop.hidden = true;
 });
 addEventListener("drop", (event) => {
+  if (!event.dataTransfer || !hasFiles(event)) return;
   event.preventDefault();
   drop.hidden = true;
-  openFiles(event.dataTransfer?.files);
+  droppedFiles(event.dataTransfer).then(openDropped, tell);
 });
+
+/** @param {File[]} files */
+function openDropped(files) {
+  if (files.length > 0) openFiles(files);
+  else message.textContent = "drop: expected files, got an empty folder";
+}
 
 // ---- Saving and links -------------------------------------------------------------------------------------
 
