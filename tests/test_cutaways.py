@@ -677,3 +677,19 @@ def test_the_page_measures_from_corner_to_corner(tab):
     assert "corner to corner" in page.locator("#status").text_content()
     page.uncheck("#snap")
     assert page.evaluate("() => document.querySelector('#picture').snap") is None
+
+
+def test_the_page_shows_no_rounding(tab, folder):
+    """Of a corner at 0, in single precision."""
+    scene = bob.Scene([bob.Instance(box((2, 1.5, 1)), name="box").translate((2, 1.5, 1))])
+    bob.save_scene(scene, folder / "corner.bob")
+    page = tab("corner.bob")
+    page.focus("#picture")
+    page.keyboard.press("1")
+    page.evaluate("() => bobrossnet.converged()")
+    left, top, width, _ = page.locator("#picture canvas").bounding_box().values()
+    row, column = pixel_of(scene, (0, 0, 2), bob.Camera(azimuth=-90, elevation=0))
+    page.mouse.click(left + (column + 1) * width / WIDTH, top + (row + 1) * width / WIDTH)
+    page.wait_for_function(
+        "() => /Point0, 0, 2Normal0.000, -1.000, 0.000/.test(document.querySelector('#picked').textContent)"
+    )

@@ -4,7 +4,7 @@ import { made } from "../component/made.js";
 import { between } from "../component/parts.js";
 import { inWords } from "../component/snaps.js";
 import { withAllBelow } from "../tracing/parts.js";
-import { lengthOf, measuresOf, numberOf } from "./measures.js";
+import { coordinatesOf, directionOf, lengthOf, measuresOf } from "./measures.js";
 
 /**
  * @typedef {import("../component/bob-view.js").BobView} BobView
@@ -26,6 +26,8 @@ export class PartsList {
   /** The last two picks, the newest second. @type {Picked[]} */
   #picks = [];
   #isOld = true;
+  /** Of the scene that was picked. */
+  #radius = 1;
 
   /**
    * @param {BobView} picture
@@ -124,7 +126,8 @@ export class PartsList {
   /** @param {Picked | null} picked */
   async #pick(picked) {
     this.#picks = picked ? [...this.#picks.slice(-1), picked] : [];
-    const root = await this.#picture.parts(), parts = withAllBelow(root).filter(({ path }) => path);
+    const [root, about] = await Promise.all([this.#picture.parts(), this.#picture.about()]), parts = withAllBelow(root).filter(({ path }) => path);
+    this.#radius = about?.sphere.radius ?? 1;
     const part = picked ? parts.find(({ path }) => path === picked.part) : undefined;
     await this.#highlight(parts.length > 1 ? part : undefined);
     this.#rows.get(/** @type {Part} */ (part))?.item.scrollIntoView({ block: "nearest" });
@@ -141,12 +144,12 @@ export class PartsList {
       if (last.face !== null) rows.push([/mesh/.test(last.kind) ? "Triangle" : "Face", String(last.face)]);
       if (last.section !== null) rows.push(["Section", "cap"]);
       if (last.snapped) rows.push(["Snapped to", inWords(last.snapped, last.radius, last.unit)]);
-      rows.push(["Point", last.point.map((value) => numberOf(value)).join(", ") + (last.unit ? ` ${last.unit}` : "")]);
-      rows.push(["Normal", last.normal.map((value) => value.toFixed(3)).join(", ")]);
+      rows.push(["Point", coordinatesOf(last.point, this.#radius) + (last.unit ? ` ${last.unit}` : "")]);
+      rows.push(["Normal", directionOf(last.normal)]);
     }
     if (second) {
       const { distance, offset, angle, unit, ends } = between(picks[0], second);
-      rows.push(["Distance", `${lengthOf(distance, unit)}, ${ends.join(" to ")}`], ["Offset", offset.map((value) => numberOf(value)).join(", ")], ["Angle", `${angle.toFixed(1)}°`]);
+      rows.push(["Distance", `${lengthOf(distance, unit)}, ${ends.join(" to ")}`], ["Offset", coordinatesOf(offset, this.#radius)], ["Angle", `${angle.toFixed(1)}°`]);
     }
     const list = (/** @type {[string, string][]} */ all) => all.flatMap(([term, value]) => [made("dt", { textContent: term }), made("dd", { textContent: value })]);
     const said = (/** @type {[string, string][]} */ all) => (status.textContent = all.map(([term, value]) => `${term} ${value}`).join(". "));
