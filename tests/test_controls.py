@@ -767,6 +767,25 @@ def test_hot_spots_come_and_go_and_are_pressed(shown):
     page.wait_for_function(f"() => {VIEW}.shadowRoot.querySelectorAll('#spots > div').length === 0")
 
 
+def test_hot_spots_without_a_place_are_not_shown(shown):
+    """Before the first picture, and outside of it, even if hidden ones are to show."""
+    page = shown('src="two.bob" style="--min-hotspot-opacity: 0.3"', children=spots((100, 50, 0), (100, 50, 3.5)))
+    states = f"""() => [...{VIEW}.children].map((spot) => {{
+      const {{ opacity, visibility }} = getComputedStyle(spot.assignedSlot.parentElement);
+      return visibility === "hidden" ? 0 : Number(opacity);
+    }})"""
+    page.wait_for_function(f"() => String(({states})()) === '0.3,1'")
+    page.evaluate(f"() => {{ {VIEW}.camera = {{ zoom: 20, panX: 2 }}; }}")
+    page.wait_for_function(f"() => String(({states})()) === '0,0'")
+    page.evaluate(f"""() => {{
+      const other = document.createElement("bob-view");
+      other.append(...{VIEW}.children);
+      {VIEW}.replaceWith(other);
+    }}""")
+    page.wait_for_function(f"() => {VIEW}.shadowRoot.querySelector('#spots')")
+    assert page.evaluate(states) == [0, 0]
+
+
 def test_the_cube_turns_with_the_scene_and_shows_its_sides(shown):
     page = shown('src="two.bob" view-cube')
     for side, (azimuth, elevation) in SIDES.items():

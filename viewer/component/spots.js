@@ -62,6 +62,8 @@ export class Spots {
       const place = document.createElement("div"), slot = document.createElement("slot");
       slot.name = child.slot;
       place.dataset.slot = child.slot;
+      place.inert = true;
+      place.style.visibility = "hidden"; // until its place is known
       place.append(slot);
       return { child, place, isHidden: true };
     });
@@ -81,6 +83,7 @@ export class Spots {
     Object.assign(this.#layer.style, { left: `${left}px`, top: `${top}px` });
     this.#spots.forEach((spot, i) => {
       const { x, y } = places[i], isOutside = !(x >= 0 && x <= width && y >= 0 && y <= height);
+      spot.place.style.visibility = isOutside ? "hidden" : "";
       if (!isOutside) spot.place.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
       const isVisible = !isOutside && !spot.isHidden;
       spot.place.inert = !isVisible;
