@@ -393,10 +393,13 @@ def test_muon_goes_down_at_its_own_pace() -> None:
 def test_schedules() -> None:
     _, cosine = OPTIMIZERS["adamw"]
     config = replace(TOY, learning_rate=1e-2, warmup=5)
-    rates = [cosine(config, step / 20, step) for step in range(20)]
+    rates = [cosine(config, step / 100, step) for step in range(100)]
     assert np.argmax(rates) == 4
     assert 0 < rates[-1] < rates[0] < config.learning_rate
     assert cosine(replace(config, warmup=0), 0.5, 10) == pytest.approx(config.learning_rate / 2)
+    few = [cosine(replace(config, warmup=200), step / 20, step) for step in range(20)]  # a run shorter than the rise
+    assert np.argmax(few) == 2
+    assert max(few) > 0.9 * config.learning_rate
     _, constant = OPTIMIZERS["adadelta"]
     assert {constant(config, step / 20, step) for step in range(20)} == {config.learning_rate}
 

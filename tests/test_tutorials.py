@@ -75,7 +75,7 @@ def test_train(folder, capsys):
         "tutorials/train",
         {
             "--test-shapes 2": "--test-shapes 1",
-            "epochs=2": "epochs=1 batch=128",
+            "epochs=10": "epochs=1 batch=128",
             "5%,10%,25%": "10%",
             "--panels -o mine": "--size 64x64 -o mine",
         },
