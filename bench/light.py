@@ -73,7 +73,7 @@ def whole(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: in
 
 
 def along_guides(part: GBuffer) -> F32:
-    """Denoise all pixels along the same guides, as a noisy picture is completed."""
+    """Denoise all pixels along their guides, by the fit that completes sparse ones."""
     return complete_guided(part, "gray")
 
 

@@ -305,8 +305,8 @@ def test_what_a_loop_in_this_thread_would_fill_is_refused(tracer, got):
     with pytest.raises(bob.InputTypeError) as error:
         next(bob.progressive(tracer=tracer, size=SIZE))
     assert str(error.value) == (
-        "tracer: expected it to return bobrossnet.Samples, or a future that others fill, got "
-        f"{got}; asyncio.run_coroutine_threadsafe returns such a future"
+        f"tracer: expected it to return bobrossnet.Samples or a concurrent future, got {got}; "
+        "asyncio.run_coroutine_threadsafe returns such a future"
     )
 
 

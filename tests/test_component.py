@@ -434,7 +434,7 @@ def test_cameras_in_the_words_of_model_viewer(shown, folder, words, camera):
 
 
 def test_scenes_with_a_front_are_seen_from_it(shown, folder):
-    """Unless a camera is chosen. Scene files keep their front, and a new scene its own default."""
+    """A chosen camera overrides it. Scene files keep their front, and a new scene has its own default."""
     bob.save_scene(bob.load(folder / "wedge.glb"), folder / "front.bob")
     wedge().save(folder / "wedge.stl")
     page = shown('src="front.bob"')

@@ -144,7 +144,7 @@ def test_results_become_a_page(bench, toy, tmp_path, monkeypatch):
     bench["run"].write(tmp_path, "pull-push", "made", slow)
     text = bench["page"].page([*bench["page"].read_results(tmp_path)])
     assert "| method" in text
-    assert "Slow methods" in text
+    assert "slow methods included" in text
     assert "change from delaunay-linear with the same mask" in text
     assert "change from adaptive, delaunay-linear" in text
     file = tmp_path / "nearest.json"

@@ -95,7 +95,7 @@ def page(results: Sequence[Result]) -> str:
             if len(whole) < len(entered):
                 fewest = min(len(r.groups[group]["pictures"]) for r in entered)
                 parts += [
-                    f"Slow methods, and the others, on the first {fewest} pictures: SSIM.",
+                    f"SSIM on the first {fewest} pictures, slow methods included.",
                     means(entered, group, "ssim", fewest),
                 ]
             if whole and not places and any(name.startswith(ISOSURFACE) for name in whole[0].groups[group]["pictures"]):

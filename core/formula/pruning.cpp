@@ -10,7 +10,7 @@
 namespace bob {
 namespace {
 
-/// An instruction whose operands are registers of the pruned code, later numbers of values.
+/// An instruction. Its operands are registers of the pruned code at first, then numbers of values.
 struct Step {
     Instruction instruction;
     bool passes_on = false;  // operand 0 unchanged

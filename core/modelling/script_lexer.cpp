@@ -72,7 +72,7 @@ void Lexer::advance(std::size_t bytes) {
     for (const std::size_t end = place_ + bytes; place_ < end; ++at_.column) {
         char32_t character;
         const std::size_t length = decode(source_.substr(place_), character);
-        if (length == 0) throw ScriptError(at_, "expected valid UTF-8, got another byte");
+        if (length == 0) throw ScriptError(at_, "expected valid UTF-8, got an invalid byte");
         place_ += length;
     }
 }

@@ -19,7 +19,7 @@ export class Statistics {
   raysPerSecond = 0;
   /** Whether the picture is exact, with the current camera and size. */
   exact = false;
-  /** Whether no other picture follows until something changes: it is exact, and its edges are smoothed if they shall be. */
+  /** Whether no other picture follows until something changes: it is exact, and its edges are smoothed if that is wanted. */
   final = false;
   /** Whether all its edges are smoothed. */
   isSmoothed = false;

@@ -313,14 +313,14 @@ export class Viewing {
   // ---- Pictures ------------------------------------------------------------------------------------------
 
   /**
-   * @param {Parameters<Schedule["change"]>[0]} what is new: the camera, the size or the cutaway
+   * @param {Parameters<Schedule["change"]>[0]} changes the camera, the size or the cutaway
    * @param {boolean} [isMoved] whether the user did it
    */
-  change(what, isMoved = false) {
+  change(changes, isMoved = false) {
     this.statistics.change();
     this.isBroken = false;
     if (isMoved) this.movedAt = performance.now();
-    this.schedule.change(what);
+    this.schedule.change(changes);
     this.#ask();
   }
 

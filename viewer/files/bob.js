@@ -154,7 +154,7 @@ function ownTensors(number, tensors) {
 }
 
 /**
- * Gives a mesh that names one before it that one's texture, and counts the texels of others.
+ * Shares an earlier mesh's texture with a mesh that refers to it. Counts the texels of an own texture.
  *
  * @param {any} mesh
  * @param {ShapeDescription[]} before

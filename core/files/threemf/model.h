@@ -1,4 +1,4 @@
-/// The models of a 3MF: their objects, and what is built of these.
+/// The models of a 3MF: their objects, and the items to build.
 #pragma once
 
 #include <cstddef>

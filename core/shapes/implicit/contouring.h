@@ -28,7 +28,7 @@ struct Triangulation {
 /// number of threads.
 ///
 /// Throws std::invalid_argument, saying why, if the lattice would have more than `max_lattice` cells along an axis or there
-/// would be more than `max_triangles`, and Stopped where it shall not go on.
+/// would be more than `max_triangles`, and Stopped if it is interrupted.
 [[nodiscard]] Triangulation dual_contour(const Implicit& shape, double step);
 
 }  // namespace bob

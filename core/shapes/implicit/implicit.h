@@ -16,7 +16,7 @@ namespace bob {
 class Implicit : public Shape {
 public:
     /// The surface of f within a box, whose centre becomes the origin and whose longest half side becomes 1; coloured by a formula
-    /// if there is one. Throws Stopped where building its cells shall not go on.
+    /// if there is one. Throws Stopped if building its cells is interrupted.
     Implicit(const Expression& f, const Bounds& bounds, const ColorFormula* color = nullptr);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;

@@ -88,7 +88,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )
     if was_too_slow(done.returncode):
-        raise InputError("expected a file that is read within the time limit for its size, but it takes longer")
+        raise InputError("expected a file that is read within the time limit for its size, got one that takes longer")
     if done.returncode:
         raise InputError("expected a file that its reader can handle, but the reader crashed; is it damaged?")
     result, error = pickle.loads(done.stdout)  # our own child wrote it

@@ -136,7 +136,7 @@ def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
     if not scenes or not seems_to_lie(scenes[0] if len(scenes) == 1 else Scene(scenes)):
         return items
     name = name_of(path_of(sources[silent.index(True)])) + (" and others" if len(scenes) > 1 else "")
-    text = f"{name}: seems to lie on its back, so its y is taken as up; up z shows it as stored"
+    text = f"{name}: seems to lie on its back, so its y is taken as up; set up to z to keep it as stored"
     warnings.warn(text, InputWarning, stacklevel=3)
     return [as_scene(item).turned("y") if own else item for item, own in zip(items, silent, strict=True)]
 

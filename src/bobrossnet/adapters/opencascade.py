@@ -197,7 +197,7 @@ class _Solid:
         return [self._surfaces(place, name), *meshes] if self.faces else meshes
 
     def _surfaces(self, place: Placed, name: str) -> Instance:
-        """Return an instance; a single colour becomes the material's: places in several colours share shapes."""
+        """Return an instance. A single colour becomes its material: places in other colours share the shape."""
         colors = {color or place.color for color in self.colors}
         if len(colors) == 1:
             (color,) = colors

@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Print the contents of whatever the name means."""
+    """Print the contents of a file, a folder or shipped weights."""
     from bobrossnet.completion.weights import find_weights
     from bobrossnet.support.machine import limit_memory
 

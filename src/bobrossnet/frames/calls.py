@@ -73,7 +73,8 @@ class Calls:
         self.positions = positions
         batch = getattr(tracer, "batch", None)
         self._filled = CallSizes(batch)  # calls in positions
-        self.sizes = CallSizes(batch if positions is None or batch is None else positions.pixels_of(self._filled.batch))
+        filled = self._filled.batch
+        self.sizes = CallSizes(filled if positions is None or filled is None else positions.pixels_of(filled))
         self.turnover = Turnover()
         told = getattr(tracer, "in_flight", None)
         self._is_told = told is not None
@@ -179,7 +180,7 @@ def _future(returned: Any) -> SamplesFuture | None:
         if hasattr(returned, "close"):
             returned.close()  # a coroutine that never starts would warn
         raise InputTypeError(
-            "tracer: expected it to return bobrossnet.Samples, or a future that others fill, got "
-            f"{type(returned).__name__}; asyncio.run_coroutine_threadsafe returns such a future"
+            f"tracer: expected it to return bobrossnet.Samples or a concurrent future, got {type(returned).__name__}; "
+            "asyncio.run_coroutine_threadsafe returns such a future"
         )
     return returned if is_future else None

@@ -35,9 +35,8 @@ class Positions:
     def __len__(self) -> int:
         return len(self._offsets)
 
-    def pixels_of(self, batch: int | None) -> int:
+    def pixels_of(self, batch: int) -> int:
         """Return the number of pixels whose positions fit into a tracer's batch."""
-        assert batch is not None
         if batch < len(self):
             raise InputError(f"samples: expected at most the tracer's batch, {batch}, got {len(self)}")
         return batch // len(self)
@@ -48,7 +47,7 @@ class Positions:
         return positions
 
     def mean(self, samples: Samples, pixels: int) -> Samples:
-        """Return one sample for each of some pixels; those behind them are padding."""
+        """Return one sample for each of the first `pixels` pixels; further samples are padding."""
         several = samples.values[: pixels * len(self)].reshape(pixels, len(self), -1)
         values = several[:, self._nearest].copy()
         for name in LIGHT:

@@ -112,7 +112,7 @@ class ExrFile:
     def is_dense(self, name: str) -> bool:
         """Return whether a channel is known at all pixels.
 
-        It is if the channels of its role together are nonzero about equally often outside and inside the mask.
+        It is, if its role's channels are nonzero nearly as often outside the mask as inside.
         """
         group = next((names for names in self.roles.values() if name in names), [name])
         traced, present = self.traced(), np.any([self.planes[each] != 0 for each in group], axis=0)
@@ -144,7 +144,7 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
     try:
         with library.File(str(path), separate_channels=True) as file:
-            # A file that is closed takes its headers with it.
+            # Copies, because closing the file frees its headers.
             parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
     except Exception as error:  # OpenEXR raises plain exceptions
         reason = " ".join(str(error).split())[:200] or type(error).__name__
