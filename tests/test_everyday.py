@@ -57,7 +57,7 @@ def test_what_lies_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
         mesh.save(tmp_path / f"{name}.ply")
         assert cli.main(["info", str(tmp_path / f"{name}.ply")]) == 0
         told = [line for line in capsys.readouterr().out.splitlines() if "--up y" in line]
-        assert told == (["up      z; it seems to lie, --up y would turn it upright"] if lies else [])
+        assert told == (["up      z; it seems to lie on its back, --up y would turn it upright"] if lies else [])
     assert not seems_to_lie(bob.Scene([lying, bob.Instance(lying).rotate(-np.pi / 2, (1, 0, 0)).translate((3, 0, 0))]))
 
 

@@ -61,7 +61,7 @@ def run(binary: Path, seconds: int) -> bool:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="where the targets were built; what they find goes there too")
+    parser.add_argument("folder", type=Path, help="the folder of the built targets, which also receives their findings")
     parser.add_argument("--seconds", type=int, default=60, help="for each target")
     parser.add_argument("--target", default="*", help="one of them")
     options = parser.parse_args()

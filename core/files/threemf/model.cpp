@@ -71,7 +71,7 @@ Rows place_of(const XmlAttributes& get) {
     return result;
 }
 
-/// The wrap mode of a texture along an axis; `none` counts as clamp.
+/// The wrap mode of a texture along an axis; `none` is read as clamp.
 Wrap wrap_of(std::string_view style) { return style == "mirror" ? Wrap::mirror : style == "clamp" || style == "none" ? Wrap::clamp : Wrap::repeat; }
 
 /// A level set's attributes, until all functions are known.

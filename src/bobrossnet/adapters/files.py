@@ -315,7 +315,7 @@ if hasattr(os, "register_at_fork"):  # the threads that may hold it do not exist
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hold back numpy's warnings about odd numbers, and tell the readers' own afterwards."""
+    """Suppress numpy's warnings about odd numbers, and repeat the readers' own afterwards."""
     with _ONE_AT_A_TIME, warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
         warnings.simplefilter("always")
         yield

@@ -52,14 +52,14 @@ class Triangles(NamedTuple):
     vertices: NDArray[np.float64]  # (V, 3)
     triangles: NDArray[np.int64]  # (T, 3)
     normals: NDArray[np.float64] | None  # (V, 3)
-    color: Color | None  # None: the color of the instance
+    color: Color | None  # None: the colour of the instance
 
 
 class Body(NamedTuple):
     """The faces of a solid or a shell, or all faces outside both."""
 
     faces: list[FaceData]
-    colors: list[Color | None]  # of the faces; None: the color of the instance
+    colors: list[Color | None]  # of the faces; None: the colour of the instance
     numbers: list[int]  # of the faces; equal for pieces of one
     triangles: list[Triangles]
     tolerance: float  # maximum gap between edges of neighbouring faces

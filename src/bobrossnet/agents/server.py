@@ -120,7 +120,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     @tool
     def pick(row: int, column: int, snap: float = 0) -> dict[str, Any]:
         """The part, its face or triangle, the point and the normal at a pixel of the last picture of look. With snap,
-        the point of the nearest visible corner, middle of an edge, center of a circle or edge within so many pixels."""
+        the point of the nearest visible corner, middle of an edge, centre of a circle or edge within so many pixels."""
         found = _last(space).pick(row, column, snap)
         return {"hit": None if found is None else told_pick(found)}
 
@@ -128,7 +128,7 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     def measure(first: list[int], second: list[int] | None = None, snap: float = 0) -> dict[str, Any]:
         """Distance and offset between the points at two pixels, [row, column], of the last picture of look, the angle
         between their normals in degrees, and the gap of parallel faces or axes. With snap, points are those of pick:
-        the centers of two holes, for instance. Without a second pixel: the kind of the face at the first, its radius,
+        the centres of two holes, for instance. Without a second pixel: the kind of the face at the first, its radius,
         area, and the thickness of the wall."""
         a = _hit(space, "first", first, snap)
         if second is None:

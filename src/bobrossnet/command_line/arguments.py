@@ -52,7 +52,7 @@ def _part(text: str) -> str | int:
 
 def add_parts(parser: argparse.ArgumentParser) -> None:
     """Add --only and --hide, parts of the scene."""
-    for option, what in (("--only", "show this part alone"), ("--hide", "leave this part out")):
+    for option, what in (("--only", "keep this part alone"), ("--hide", "leave this part out")):
         told = f"{what}: its path, name or number, as info lists them; may be given several times"
         parser.add_argument(option, action="append", metavar="PART", help=told)
 
@@ -122,7 +122,11 @@ def add_zoom(parser: argparse.ArgumentParser) -> None:
 
 def add_model(parser: argparse.ArgumentParser) -> None:
     """Add --model, the network that completes pictures."""
-    parser.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    parser.add_argument(
+        "--model",
+        default="default",
+        help="name of shipped weights, such as small, or a .safetensors file (default: default)",
+    )
 
 
 def add_samples(parser: argparse.ArgumentParser, default: int | None, what: str, told: str = "") -> None:
@@ -138,7 +142,7 @@ def add_background(parser: argparse.ArgumentParser, default: str | None, told: s
         "--background",
         metavar="COLOR",
         default=default,
-        help="transparent, or a color such as #ffffff, or two for top and bottom: #ffffff,#99bbdd "
+        help="transparent, or a colour such as #ffffff, or two for top and bottom: #ffffff,#99bbdd "
         f"(default: {told or default})",
     )
 
@@ -170,7 +174,7 @@ def add_edges(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--line-width", type=positive, metavar="PIXELS", help="width of edges at any zoom (default: 1.5)"
     )
-    parser.add_argument("--line-color", metavar="COLOR", help="color of edges (default: #000000)")
+    parser.add_argument("--line-color", metavar="COLOR", help="colour of edges (default: #000000)")
 
 
 def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
@@ -222,7 +226,7 @@ def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tup
 def add_up(parser: argparse.ArgumentParser, default: str = "auto") -> None:
     """Add --up, the up axis of the files."""
     what = "the shapes' upward axis, which is turned to z"
-    auto = "; auto: y if the format does not record it and the mesh seems to lie, else z"
+    auto = "; auto: y if the format does not record it and the mesh seems to lie on its back, else z"
     parser.add_argument("--up", choices=UPS, default=default, help=f"{what}{auto} (default: {default})")
 
 
@@ -280,7 +284,7 @@ def positive(text: str) -> float:
 
 
 def background(text: str | None) -> str | tuple[str, str] | None:
-    """Parse "transparent", a color, or two separated by a comma, to the background of `render`; None is black."""
+    """Parse "transparent", a colour, or two separated by a comma, to the background of `render`; None is black."""
     if text == "transparent":
         return None
     first, comma, second = (text or BLACK).partition(",")

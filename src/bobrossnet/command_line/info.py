@@ -82,7 +82,7 @@ def _scene(report: Report, file: str) -> None:
             **({"unit": scene.unit} if scene.unit else {}),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
             **({"light": _light(scene)} if scene.light is not None else {}),
-            **({"up": "z; it seems to lie, --up y would turn it upright"} if lies else {}),
+            **({"up": "z; it seems to lie on its back, --up y would turn it upright"} if lies else {}),
         },
     )
     parts = list(scene.parts.walk())

@@ -16,8 +16,8 @@ def add(commands: Any) -> None:
     thumbs = commands.add_parser(
         "thumbs",
         help="make a picture of every shape file of a folder",
-        description="Make a picture of every shape file of a folder and below it. Those that are there already, newer "
-        "than their files, are left as they are. The exit status is 0 if every file has one, 1 if files were left out.",
+        description="Make a picture of every shape file of a folder and below it. Pictures newer than their files "
+        "are kept. The exit status is 0 if every file has one, 1 if files were left out.",
     )
     thumbs.set_defaults(run=run)
     arguments.add_pictures_of_folder(thumbs, "folder for the pictures", (256, 256))

@@ -152,7 +152,7 @@ class View:
         row, column : int
             Pixel, from the picture's top left.
         snap : float
-            Pixels within which the point snaps to corners, edges and centers, as in `bobrossnet.pick`.
+            Pixels within which the point snaps to corners, edges and centres, as in `bobrossnet.pick`.
         """
         if self._scene is None:
             raise InputError("pick: expected a view of a scene, got one of a tracer, whose surfaces are not known")

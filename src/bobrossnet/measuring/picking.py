@@ -46,7 +46,7 @@ class Pick:
     snapped: str | None = None
     """corner, middle (of an edge), center (of a circle) or edge, if the point was snapped to one."""
     radius: float | None = None
-    """Radius of the circle whose center or edge the point was snapped to."""
+    """Radius of the circle whose centre or edge the point was snapped to."""
 
 
 def pick(
@@ -68,7 +68,7 @@ def pick(
     camera, size
         As of the picture.
     snap : float
-        Pixels within which the point snaps to a visible corner, the middle of an edge, the center of a circular edge,
+        Pixels within which the point snaps to a visible corner, the middle of an edge, the centre of a circular edge,
         or else to the nearest edge. Edges are borders of NURBS faces, and creases and open borders of meshes; formulas,
         tubes and caps of sections have none. The face is one next to the edge.
 

@@ -56,7 +56,7 @@ def view(
         An orbiting camera.
     size : (height, width), or "WIDTHxHEIGHT"
         Size in CSS pixels; the notebook may be narrower.
-    background : color, two colors, or None
+    background : colour, two colours, or None
         As in `render`.
     light, ground
         As in `render`.

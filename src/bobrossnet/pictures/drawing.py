@@ -129,7 +129,7 @@ class Drawing:
         return self.over(empty)
 
     def svg(self, background: Background = None) -> str:
-        """Return the drawing as an SVG document, one unit a pixel; the background is one color or None."""
+        """Return the drawing as an SVG document, one unit a pixel; the background is one colour or None."""
         height, width = self.size
         lines = [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
@@ -245,5 +245,5 @@ def _paths(curves: Iterable[F32]) -> list[str]:
 
 def _hex(name: str, color: Any) -> str:
     if not isinstance(color, str) and shape_of(color) == (2,):
-        raise InputError(f"{name}: expected one color for an SVG, got two")
+        raise InputError(f"{name}: expected one colour for an SVG, got two")
     return hex_color(linear(name, color))

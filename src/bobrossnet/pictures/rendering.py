@@ -69,7 +69,7 @@ def render(
     samples : int, 1..64
         Maximum number of rays in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Only pixels at edges get more
         than one. With a fraction below 1, each pixel has at most one.
-    background : color, two colors, or None
+    background : colour, two colours, or None
         As a material's color; two are the colours of the top and the bottom row. None leaves it transparent.
     fraction : float in (0, 1]
         Share of the pixels to trace; the others are completed.

@@ -264,7 +264,7 @@ class Circles:
         return center, radius, tangent, slope
 
     def _turn(self, before: Any, after: Any) -> tuple[Values, Values, Values, Values]:
-        """Between the last ball of a span and the first of the next: the same, as its circle turns over it."""
+        """Return the circles at a kink, which turn on the ball between two spans."""
         (center, radius, a, s), (b, t) = (values[-1] for values in before), (after[2][0], after[3][0])
         angle = float(_angle(a[None], b[None])[0])
         count = int(np.ceil(max(angle, abs(np.arcsin(s) - np.arcsin(t))) / self.turn))
