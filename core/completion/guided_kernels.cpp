@@ -52,15 +52,16 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
     for (int i = 0; i < lanes; ++i) place[i] = static_cast<float>(i);
     const F one = constant(1), none{};
     for (int x = 0; x < count; x += lanes) {
-        const F along = place + constant(static_cast<float>(x)), column = along + constant(row.column);
+        const F along = place + constant(static_cast<float>(x)), column = fma(along, constant(row.column_step), constant(row.column));
         const F reach = fma(along, constant(row.reach_right), constant(row.reach)), reach2 = reach * reach, inverse_reach2 = one / reach2;
         const F sharpness = fma(along, constant(row.sharpness_right), constant(row.sharpness));
-        const F depth = load<F>(row.depth + x), right = load<F>(row.depth_right + x), down = load<F>(row.depth_down + x);
-        const F normal[] = {load<F>(row.normal[0] + x), load<F>(row.normal[1] + x), load<F>(row.normal[2] + x)};
-        const F albedo[] = {load<F>(row.albedo[0] + x), load<F>(row.albedo[1] + x), load<F>(row.albedo[2] + x)};
-        const F coverage = load<F>(row.coverage + x);
-        const F tolerance2 = square(depth_tolerance(likeness, absolute(right), absolute(down)));
-        const F inverse_tolerance2 = one / tolerance2;
+        F depth, right, down, normal[3], albedo[3], coverage, inverse_tolerance2;
+        if constexpr (unknowns == on_surfaces) {
+            depth = load<F>(row.depth + x), right = load<F>(row.depth_right + x), down = load<F>(row.depth_down + x);
+            for (int k = 0; k < 3; ++k) normal[k] = load<F>(row.normal[k] + x), albedo[k] = load<F>(row.albedo[k] + x);
+            coverage = load<F>(row.coverage + x);
+            inverse_tolerance2 = one / square(depth_tolerance(likeness, absolute(right), absolute(down)));
+        }
         float widest = 0;
         for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
 

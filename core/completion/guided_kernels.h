@@ -22,12 +22,13 @@ struct GuidedRange {
     float row;
 };
 
-/// Input and output for pixels of a row. Pointers are to the first pixel; whole vectors are read and written.
+/// Input and output for places in a row of the picture. Pointers are to the first place; whole vectors are read and written.
 struct GuidedRow {
     float row, column;
-    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;
-    float reach, reach_right;        // reach at the first pixel, and its increment per pixel
-    float sharpness, sharpness_right;  // offset of squared distances, and its increment per pixel
+    float column_step;                 // from one place to the next; 1 except on planes
+    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;  // null on planes
+    float reach, reach_right;          // reach at the first place, and its increment per place
+    float sharpness, sharpness_right;  // offset of squared distances, and its increment per place
     float* light[3];
     float *weight;            // sum of the weights of samples on the same surface
     float *detail, *noise;    // squared scatter of the samples around the fit, and its share explained by noise
@@ -66,12 +67,12 @@ template <class T>
 }
 
 struct GuidedKernels {
-    /// Fits `count` pixels of a row to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
+    /// Fits `count` places of a row to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
     void (*fit_gray)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
                      const GuidedRow& row, int count, bool is_noisy);
     void (*fit_color)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
                       const GuidedRow& row, int count, bool is_noisy);
-    /// Gray where all samples and pixels are on one plane.
+    /// Gray where all samples and places are on one plane.
     void (*fit_plane)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
                       const GuidedRow& row, int count, bool is_noisy);
 };

@@ -2,27 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "base/color.h"
 #include "base/parallel.h"
 
 namespace bob {
 namespace {
 
-/// How depth changes along an axis, by the differences to the pixels before and after: the lesser, as the other may be across
-/// an edge. Beyond the picture they are infinite.
-float lesser(float before, float after) {
-    const float slope = std::abs(before) < std::abs(after) ? before : after;
-    return std::isfinite(slope) ? slope : 0;
-}
+/// The change of depth along an axis, from the differences to the pixels before and after: the lesser, as the other may be across an edge.
+float lesser(float before, float after) { return std::abs(before) < std::abs(after) ? before : after; }
 
 }  // namespace
 
-GuidedSurfaces::GuidedSurfaces(const Layout& layout, const float* guides, int height, int width)
+GuidedSurfaces::GuidedSurfaces(int height, int width)
     : height_(height), width_(width), stride_((static_cast<std::size_t>(width) + row_multiple - 1) / row_multiple * row_multiple),
-      values_(aligned_floats(count * stride_ * static_cast<std::size_t>(height))) {
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+      values_(aligned_floats(count * stride_ * static_cast<std::size_t>(height))) {}
+
+GuidedSurfaces::GuidedSurfaces(const Layout& layout, const float* guides, int height, int width) : GuidedSurfaces(height, width) {
+    const auto columns = static_cast<std::size_t>(width);
+    const std::size_t pixels = static_cast<std::size_t>(height) * columns;
     const auto given = [&](const Channel& channel, int component = 0) {
         return guides + static_cast<std::size_t>(layout.place_of(channel) + component) * pixels;
     };
@@ -32,30 +29,41 @@ GuidedSurfaces::GuidedSurfaces(const Layout& layout, const float* guides, int he
     for (std::size_t i = 0; i < pixels; ++i) deepest = std::max(deepest, std::abs(nearness[i]));
     const float unit = deepest > 0 ? 1 / deepest : 0;
     for_rows(0, height, width, [&](int line) {
-        const std::size_t first = static_cast<std::size_t>(line) * static_cast<std::size_t>(width);
-        // Differences of depth to the pixel at an offset in memory, if that is in the picture.
-        const auto step = [&](bool inside, std::size_t from, std::size_t to) {
-            return inside ? unit * (nearness[to] - nearness[from]) : std::numeric_limits<float>::infinity();
+        const std::size_t first = static_cast<std::size_t>(line) * columns;
+        const float* const here = nearness + first;
+        const float *const above = line > 0 ? here - width : nullptr, *const below = line + 1 < height ? here + width : nullptr;
+        const auto fill = [&](Plane plane, auto of) {
+            float* const to = row(plane, line);
+            for (std::size_t c = 0; c < columns; ++c) to[c] = of(c);
+            std::fill(to + columns, to + stride_, to[columns - 1]);
         };
-        const std::size_t below = static_cast<std::size_t>(width);
-        for (std::size_t column = 0; column < stride_; ++column) {
-            const int c = std::min(static_cast<int>(column), width - 1);
-            const std::size_t i = first + static_cast<std::size_t>(c);
-            const auto put = [&](Plane plane, float value) { row(plane, line)[column] = value; };
-            put(depth, unit * nearness[i]);
-            put(depth_right, lesser(step(c > 0, i - 1, i), step(c + 1 < width, i, i + 1)));
-            put(depth_down, lesser(step(line > 0, i - below, i), step(line + 1 < height, i, i + below)));
-            put(normal_x, x[i]), put(normal_y, y[i]);
-            put(normal_z, mask[i] * whole_normal(x[i], y[i]).z);
-            put(red, albedo[i]), put(green, albedo[pixels + i]), put(blue, albedo[2 * pixels + i]);
-            put(coverage, mask[i]);
+        fill(depth, [=](std::size_t c) { return unit * here[c]; });
+        float* const right = row(depth_right, line);
+        if (width == 1) std::fill_n(right, stride_, 0.f);
+        if (width > 1) {
+            fill(depth_right, [=](std::size_t c) {
+                const std::size_t before = c - (c > 0), after = c + (c + 1 < columns);
+                return lesser(unit * (here[before + 1] - here[before]), unit * (here[after] - here[after - 1]));
+            });
         }
+        if (above && below) fill(depth_down, [=](std::size_t c) { return lesser(unit * (here[c] - above[c]), unit * (below[c] - here[c])); });
+        else if (above) fill(depth_down, [=](std::size_t c) { return unit * (here[c] - above[c]); });
+        else if (below) fill(depth_down, [=](std::size_t c) { return unit * (below[c] - here[c]); });
+        else std::fill_n(row(depth_down, line), stride_, 0.f);
+        fill(normal_x, [=](std::size_t c) { return x[first + c]; }), fill(normal_y, [=](std::size_t c) { return y[first + c]; });
+        fill(normal_z, [=](std::size_t c) { return mask[first + c] * whole_normal(x[first + c], y[first + c]).z; });
+        for (int k = 0; k < 3; ++k) {
+            fill(static_cast<Plane>(red + k), [=](std::size_t c) { return albedo[static_cast<std::size_t>(k) * pixels + first + c]; });
+        }
+        fill(coverage, [=](std::size_t c) { return mask[first + c]; });
     });
 }
 
-float GuidedSurfaces::divisor(int components, int component, int y, int x) const {
-    const float rgb[] = {row(red, y)[x], row(green, y)[x], row(blue, y)[x]};
-    return std::max(min_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
+GuidedSurfaces::GuidedSurfaces(const float* covered, int height, int width) : GuidedSurfaces(height, width) {
+    for_rows(0, height, width, [&](int line) {
+        const float* const from = covered + static_cast<std::size_t>(line) * static_cast<std::size_t>(width);
+        for (const Plane plane : {red, green, blue, coverage}) std::copy_n(from, width, row(plane, line));
+    });
 }
 
 float GuidedSurfaces::likeness(Pixel own, Pixel other) const {

@@ -1,8 +1,10 @@
 /// First surfaces of all pixels, and the similarity of two of them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
+#include "base/color.h"
 #include "completion/guided_kernels.h"
 #include "completion/planes.h"
 #include "picture/channels.h"
@@ -24,6 +26,9 @@ public:
     /// guides: (layout.width(), height, width) with mask, depth, normal and albedo. Throws std::invalid_argument if one is missing.
     GuidedSurfaces(const Layout& layout, const float* guides, int height, int width);
 
+    /// One white plane that covers these shares of the pixels, (height, width); it has no depth and normals.
+    GuidedSurfaces(const float* covered, int height, int width);
+
     [[nodiscard]] float* row(int plane, int y) {
         return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
     }
@@ -32,7 +37,10 @@ public:
     [[nodiscard]] int width() const { return width_; }
 
     /// Divisor of light for a channel's component.
-    [[nodiscard]] float divisor(int components, int component, int y, int x) const;
+    [[nodiscard]] float divisor(int components, int component, int y, int x) const {
+        const auto albedo = [&](int k) { return row(red + k, y)[x]; };
+        return std::max(min_albedo, components == 3 ? albedo(component) : luminance({albedo(0), albedo(1), albedo(2)}));
+    }
 
     /// Similarity of two pixels' surfaces, from 1 for equal surfaces down to 0.
     [[nodiscard]] float likeness(Pixel own, Pixel other) const;
@@ -41,6 +49,8 @@ public:
     [[nodiscard]] std::size_t bytes() const { return sizeof(float) * count * stride_ * static_cast<std::size_t>(height_); }
 
 private:
+    GuidedSurfaces(int height, int width);
+
     int height_, width_;
     std::size_t stride_;
     AlignedFloats values_;

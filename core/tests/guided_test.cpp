@@ -102,3 +102,24 @@ TEST(shadows_are_completed_from_samples_of_the_ground) {
     bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
     for (std::size_t i = 0; i < pixels; ++i) CHECK_NEAR(alpha[i], coverage[i] > 0 ? 1.f : 0.5f, 1e-6f);
 }
+
+TEST(shadows_between_fitted_places_are_interpolated) {
+    // The ground ends within tiles, whose fit is interpolated between places, some of them beyond it.
+    constexpr int height = 60, width = 60;
+    constexpr std::size_t pixels = height * width;
+    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
+    for (const int rows : {50, 51, 53}) {
+        std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+        test::Random random(5);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(rows * width); ++i) {
+            ground[i] = 1;
+            if (random() >= 0.006f) continue;
+            planes[i] = 1, planes[pixels + i] = static_cast<float>(i % width) / width, planes[2 * pixels + i] = 1e-2f;
+        }
+        bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
+        for (std::size_t i = 0; i < pixels; ++i) {
+            const auto x = static_cast<float>(i % width);
+            if (x > 10 && x < 50) CHECK_NEAR(alpha[i], ground[i] * x / width, 0.04f);
+        }
+    }
+}
