@@ -433,7 +433,7 @@ def test_it_opens_a_browser(tmp_path, monkeypatch):
 
 
 def test_what_the_page_knows_is_what_python_knows():
-    (converted,) = re.findall(r"CONVERTED = \[(.+?)\]", (VIEWER / "files/read.js").read_text())
+    (converted,) = re.findall(r"CONVERTED = \[(.+?)\]", (VIEWER / "core/endings.js").read_text())
     assert {*READ_IN_PAGE, *re.findall(r'"(.+?)"', converted)} == set(ALL_ENDINGS)
     (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "picture/camera.js").read_text())
     values = {name: float(value) for name, value in re.findall(r"(\w+): ([-.\d]+)", home)}
