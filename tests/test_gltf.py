@@ -305,6 +305,36 @@ def test_morph_targets(tmp_path: Path) -> None:
     assert places(made.loaded(tmp_path)) == (POINTS + (8, 0, 2)).tolist()
 
 
+def test_morphed_colors_are_clamped(tmp_path: Path) -> None:
+    made = Gltf(COLOR_0=np.array([[0.5, 0, 0.2]] * 4, "<f4"))
+    changes = made.add(np.array([[-0.25, 2, 0.1]] * 4, "<f4"))
+    made.primitive["targets"] = [{"COLOR_0": changes}]
+    made.mesh["weights"] = [1]
+    mesh = made.loaded(tmp_path)
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, (0.25, 1, 0.3), atol=1e-6)
+    made.primitive["targets"] = [{"COLOR_0": made.add(np.zeros((4, 4), "<f4"))}]
+    with pytest.raises(bob.InputError, match="targets: expected a vector of type VEC3 for each vertex, got others"):
+        made.loaded(tmp_path)
+
+
+def test_morphed_texture_coordinates_are_transformed(tmp_path: Path) -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (2, 2)).save(file, "png")
+    made = Gltf(TEXCOORD_0=np.zeros((4, 2), "<f4"))
+    made.primitive |= {"material": 0, "targets": [{"TEXCOORD_0": made.add(np.array([[0.5, 0.25]] * 4, "<f4"))}]}
+    made.mesh["weights"] = [1]
+    texture = {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 1]}}}
+    made.more = {
+        "images": [{"uri": "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": texture}}],
+    }
+    uv = made.loaded(tmp_path).uv
+    assert uv is not None
+    assert np.allclose(uv, (1, 0.25))
+
+
 def test_skins(tmp_path: Path) -> None:
     """Joints move vertices by their weights. The place of the node itself does not matter."""
     joints = np.array([[0, 1, 0, 0]] * 4, np.uint8)

@@ -130,7 +130,7 @@ private:
     [[nodiscard]] const DracoMesh* draco_mesh(JsonValue stored);
     [[nodiscard]] Numbers<double> numbers(JsonValue stored, std::string_view name, int width, std::optional<bool> is_normalized = {});
     [[nodiscard]] Part read(JsonValue stored, const Weights& weights);
-    void morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const;
+    void morph(Numbers<double>& values, int width, std::string_view name, JsonValue stored, const Weights& weights) const;
     void pose(Part& primitive, JsonValue stored, const Joints& joints);
     [[nodiscard]] const Joints& joints_of(JsonValue skin);
     [[nodiscard]] int label_of(std::size_t node);
@@ -435,13 +435,15 @@ Part Scene::read(JsonValue stored, const Weights& weights) {
     Part result;
     result.surface = surfaces_.number(stored["material"], [&](int set) { return found(name_of(set), 2, 2) != nullptr; });
     result.vertices = numbers(stored, "POSITION", 3);
-    morph(result.vertices, "POSITION", stored, weights);
+    morph(result.vertices, 3, "POSITION", stored, weights);
     if (found("NORMAL", 3, 3)) {
         result.normals = numbers(stored, "NORMAL", 3);
-        morph(result.normals, "NORMAL", stored, weights);
+        morph(result.normals, 3, "NORMAL", stored, weights);
     }
     if (const Accessor* const colors = found("COLOR_0", 3, 4)) {
-        const Numbers<double> values = numbers(stored, "COLOR_0", colors->width, true);
+        Numbers<double> values = numbers(stored, "COLOR_0", colors->width, true);
+        morph(values, colors->width, "COLOR_0", stored, weights);
+        for (double& value : values) value = std::clamp(value, 0., 1.);
         const auto width = static_cast<std::size_t>(colors->width);
         const bool is_cut = result.surface >= 0 && contents_.surfaces[static_cast<std::size_t>(result.surface)].opacity == Opacity::cutout;
         for (std::size_t i = 0; i < count; ++i) {
@@ -452,6 +454,7 @@ Part Scene::read(JsonValue stored, const Weights& weights) {
     if (result.surface >= 0) {
         for (const UvSet& set : surfaces_.uv_sets(result.surface)) {
             Numbers<double>& places = result.uv.emplace_back(numbers(stored, name_of(set.texcoord), 2));
+            morph(places, 2, name_of(set.texcoord), stored, weights);
             const auto& [a, b, c, d, e, f] = set.map;
             for (std::size_t i = 0; i < places.size(); i += 2) {
                 const double u = places[i], v = places[i + 1];
@@ -476,16 +479,16 @@ Part Scene::read(JsonValue stored, const Weights& weights) {
 }
 
 /// Adds the changes of the morph targets.
-void Scene::morph(Numbers<double>& values, std::string_view name, JsonValue stored, const Weights& weights) const {
+void Scene::morph(Numbers<double>& values, int width, std::string_view name, JsonValue stored, const Weights& weights) const {
     if (weights.empty()) return;
     const std::vector<JsonValue> targets = stored["targets"].items();
     for (const auto& [target, weight] : weights) {
         if (target >= targets.size() || !targets[target][name]) continue;
         const Accessor& accessor = data_.accessor(targets[target][name]);
-        if (accessor.width != 3 || 3 * accessor.count != values.size()) {
-            refuse({"targets: expected a vector of type VEC3 for each vertex, got others"});
+        if (accessor.width != width || static_cast<std::size_t>(width) * accessor.count != values.size()) {
+            refuse({"targets: expected a vector of type VEC", std::to_string(width), " for each vertex, got others"});
         }
-        const Numbers<double> changes = data_.numbers(accessor, 3);
+        const Numbers<double> changes = data_.numbers(accessor, width);
         for (std::size_t k = 0; k < values.size(); ++k) values[k] += weight * changes[k];
     }
 }
