@@ -124,7 +124,7 @@ def measure(
     """Measure a scene, a part, a face, or the distance between two points.
 
     Meshes and the faces of NURBS are measured exactly: by sums over triangles and integrals over trimmed faces. The
-    area and volume of formulas and tubes are estimated from two meshes, with the error `Measures.error`.
+    area and volume of formulas and tubes are estimated from three meshes, with the error `Measures.error`.
 
     Parameters
     ----------

@@ -21,8 +21,11 @@ OPEN = 1e-5
 """Residual of a closed surface's identities above which it counts as open, in its area: a hole of this share of it, and
 more than gaps within the tolerance of CAD systems make."""
 
-COARSE, FINE = 64, 128
-"""Steps of the two meshes of other shapes along their longest side."""
+STEPS = (32, 64, 128)
+"""Steps of the meshes of other shapes along their longest side."""
+
+QUADRATIC = (3, 5.5)
+"""Range of the ratio of two differences that fall with the square of the step: 4, but for rounding and cut edges."""
 
 ROUNDING = 1e-12
 """Relative error of sums over triangles."""
@@ -142,17 +145,29 @@ def _outward(brep: Brep) -> NDArray[np.float64]:
 
 
 def of_shape(shape: Shape, matrix: Matrix) -> Amount:
-    """Return the area and volume of a placed shape by two meshes: errors fall with the square of the step."""
+    """Return the area and volume of a placed shape by three meshes."""
     low, high = shape.bounding_box(np.eye(4))
     size = float((high - low).max())
-    first, second = (_of_mesh(shape.mesh(size / steps), matrix) for steps in (COARSE, FINE))
-    area = (4 * second.area - first.area) / 3
-    error = abs(second.area - first.area) / 3 / area
-    volume = None
-    if first.volume is not None and second.volume is not None:
-        volume = (4 * second.volume - first.volume) / 3
-        error = max(error, abs(second.volume - first.volume) / 3 / max(abs(volume), 1e-300))
-    return Amount(area, volume, max(error, SINGLE))
+    found = [_of_mesh(shape.mesh(size / steps), matrix) for steps in STEPS]
+    area, error = _limit(*(each.area for each in found))
+    volumes = [each.volume for each in found if each.volume is not None]
+    if len(volumes) < len(found):
+        return Amount(area, None, max(error, SINGLE))
+    volume, volume_error = _limit(*volumes)
+    return Amount(area, volume, max(error, volume_error, SINGLE))
+
+
+def _limit(coarse: float, middle: float, fine: float) -> tuple[float, float]:
+    """Return the limit of values for steps that are halved, and its relative error.
+
+    Errors on smooth surfaces fall with the square of the step, so that Richardson's extrapolation leaves less than the
+    last difference. Meshes cut edges that are not along the axes, and their errors fall irregularly: the last value is
+    then off by at most the largest difference.
+    """
+    before, last = middle - coarse, fine - middle
+    if last == 0 or not QUADRATIC[0] <= before / last <= QUADRATIC[1]:
+        return fine, max(abs(before), abs(last)) / max(abs(fine), 1e-300)
+    return fine + last / 3, abs(last) / abs(fine)
 
 
 def _of_mesh(mesh: Shape, matrix: Matrix) -> Amount:
