@@ -283,6 +283,10 @@ def test_progress_ends_at_one(tree):
         (lambda: bob.load(bob.happy_tree(), up="w"), "up: expected one of auto, x, y, z, -x, -y, -z, got 'w'"),
         (lambda: bob.Mesh(np.zeros((4, 2)), [[0, 1, 2]]), "vertices: expected shape (n, 3), got (4, 2)"),
         (
+            lambda: bob.Mesh(np.ma.masked_equal(np.eye(3), 1), [[0, 1, 2]]),
+            "vertices: expected numbers everywhere, got masked values",
+        ),
+        (
             lambda: bob.Mesh([[0, 0, np.inf]] * 3, [[0, 1, 2]]),
             "vertices: expected finite numbers, got 3 of 9",
         ),

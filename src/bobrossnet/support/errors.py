@@ -71,6 +71,8 @@ def check_choice(name: str, value: Any, choices: Sequence[str]) -> str:
 
 def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> NDArray[Any]:
     """Return `value` as an array of numbers of `shape`; None is any length."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError(f"{name}: expected numbers everywhere, got masked values; fill them first")
     try:
         array = np.asarray(value)
     except Exception as error:  # an object's __array__ can raise anything
