@@ -35,7 +35,7 @@ constexpr int clamp_rounds = 3;
 constexpr double samples_to_clamp = 64;
 
 /// Scatter around the fit is detail if it exceeds the noise by this factor, since noise has long tails.
-constexpr float noise_explains = 5;
+constexpr float noise_explains = 2;
 
 /// Minimum sum of the weights of samples on the same surface; below it, the reach doubles.
 constexpr float least_weight = 1e-2f;

@@ -23,15 +23,23 @@ struct Sums {
     F matrix[unknowns][unknowns], right[C][unknowns];
 };
 
-/// Light at the pixel, the first unknown; the others are eliminated from the last one on.
+/// Light at the pixel, the first unknown; the others are eliminated from the last one on. Returns the part of the squared sums of
+/// luminance that the fit explains.
 template <int C, int unknowns>
-inline void solve(Sums<C, unknowns>& s, F reach2, F* light) {
+inline F solve(Sums<C, unknowns>& s, F reach2, F* light) {
     const F total = s.matrix[0][0];
+    F explained{};
+    const auto explain = [&](int k, F inverse) {
+        F of_luminance = s.right[0][k];
+        if constexpr (C == 3) of_luminance = constant(0.2126f) * s.right[0][k] + constant(0.7152f) * s.right[1][k] + constant(0.0722f) * s.right[2][k];
+        explained = fma(of_luminance * of_luminance, inverse, explained);
+    };
     BOB_UNROLL
     for (int u = 1; u < unknowns; ++u) s.matrix[u][u] += total * (u < 3 ? reach2 * constant(place_ridge) : constant(normal_ridge));
     BOB_UNROLL
     for (int k = unknowns - 1; k > 0; --k) {
         const F inverse = constant(1) / s.matrix[k][k];
+        explain(k, inverse);
         BOB_UNROLL
         for (int u = 0; u < k; ++u) {
             const F factor = s.matrix[u][k] * inverse;
@@ -43,6 +51,8 @@ inline void solve(Sums<C, unknowns>& s, F reach2, F* light) {
     }
     BOB_UNROLL
     for (int c = 0; c < C; ++c) light[c] = s.right[c][0] / s.matrix[0][0];
+    explain(0, constant(1) / s.matrix[0][0]);
+    return explained;
 }
 
 template <int C, int unknowns>
@@ -66,7 +76,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
 
         Sums<C, unknowns> s{};
-        F total{}, shade{}, shade2{}, variance{}, low[C], high[C];
+        F total{}, shade2{}, variance{}, low[C], high[C];
         for (int c = 0; c < C; ++c) low[c] = constant(3.4e38f), high[c] = none;
         for (std::size_t r = 0; r < range_count; ++r) {
             const float down_to = ranges[r].row - row.row;
@@ -109,7 +119,6 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
                 }
                 if (is_noisy) {
                     const F brightness = constant(q.shade);
-                    shade = fma(weight, brightness, shade);
                     shade2 = fma(weight * brightness, brightness, shade2);
                     variance = fma(weight, constant(q.variance), variance);
                 }
@@ -117,14 +126,13 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         }
         const F inverse = one / max(s.matrix[0][0], constant(1e-30f));
         F light[C];
-        solve(s, reach2, light);
+        const F explained = solve(s, reach2, light);
         BOB_UNROLL
         for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // clamped to the samples' range, since planes extrapolate
         store(row.weight + x, total);
         if (is_noisy) {
-            const F mean = shade * inverse, noise = variance * inverse;
-            store(row.noise + x, noise);
-            store(row.detail + x, max(shade2 * inverse - mean * mean, none));
+            store(row.noise + x, variance * inverse);
+            store(row.detail + x, max((shade2 - explained) * inverse, none));
         }
     }
 }

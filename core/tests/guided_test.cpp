@@ -123,3 +123,22 @@ TEST(shadows_between_fitted_places_are_interpolated) {
         }
     }
 }
+
+TEST(slopes_do_not_keep_noise) {
+    // The samples lie on a ramp, except for one, whose variance explains its deviation.
+    constexpr int height = 48, width = 48;
+    constexpr std::size_t pixels = height * width;
+    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
+    std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+    test::Random random(5);
+    std::size_t middle = pixels;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        ground[i] = 1;
+        if (random() >= 0.1f) continue;
+        planes[i] = 1, planes[pixels + i] = static_cast<float>(i % width) / width, planes[2 * pixels + i] = 1e-3f;
+        if (i > pixels / 2 && i % width > 20 && i % width < 28) middle = std::min(middle, i);
+    }
+    planes[pixels + middle] += 0.1f;
+    bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
+    CHECK_NEAR(alpha[middle], static_cast<float>(middle % width) / width, 0.02f);
+}
