@@ -11,6 +11,7 @@
 
 #include "bindings.h"
 #include "frame/planner.h"
+#include "frame/turnover.h"
 
 using namespace nb::literals;
 
@@ -76,4 +77,12 @@ void bind_frame(nb::module_& m) {
              "mode"_a, "seconds"_a, "The number of pixels in a call of `seconds`; 0 if less than a call costs.")
         .def("worthwhile", [](const bob::FramePlanner& p, std::string_view name) { return p.pace(mode(name)).worthwhile(); }, "mode"_a,
              "The number of pixels that take as long as the call around them.");
+    nb::class_<bob::Turnover>(m, "Turnover", "The throughput of a tracer with several calls in flight. It has no clock.")
+        .def(nb::init<>())
+        .def("resumed", &bob::Turnover::resumed, "at"_a, "Reports that a call began while no other was in flight.")
+        .def("returned", &bob::Turnover::returned, "pixels"_a, "seconds"_a, "at"_a, "in_flight"_a,
+             "Reports that a call returned at time `at`, `seconds` after it began.")
+        .def("pixels_in", &bob::Turnover::pixels_in, "seconds"_a, "in_flight"_a,
+             "The number of pixels in a call of `seconds`, at least `worthwhile`.")
+        .def("worthwhile", &bob::Turnover::worthwhile, "The number of pixels that take as long as the call around them.");
 }

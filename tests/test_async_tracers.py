@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet import _core
 
 H, W = SIZE = (48, 64)
 LATER = 0.002
@@ -541,9 +542,7 @@ def test_dask():
 
 def test_the_rate_is_that_of_all_calls():
     """Any waiting is included: here twice as many calls are in flight as run."""
-    from bobrossnet.frames.call_sizes import Turnover
-
-    turnover, workers, in_flight, per_call, per_pixel = Turnover(), 4, 8, 0.002, 0.001
+    turnover, workers, in_flight, per_call, per_pixel = _core.Turnover(), 4, 8, 0.002, 0.001
     free, now, calls = [0.0] * workers, 0.0, []
     for _ in range(200):
         while len(calls) < in_flight:
@@ -553,9 +552,9 @@ def test_the_rate_is_that_of_all_calls():
             calls.append((free[worker], now, n))
         calls.sort()
         ended, began, n = calls.pop(0)
-        turnover.came(n, ended - began, ended, in_flight)
+        turnover.returned(n, ended - began, ended, in_flight)
         now = ended
     assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.15)
     turnover.resumed(now + 100)  # idle until then
-    turnover.came(48, 0.05, now + 100.0125, in_flight)
+    turnover.returned(48, 0.05, now + 100.0125, in_flight)
     assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.2)

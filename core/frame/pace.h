@@ -18,6 +18,11 @@ struct FrameConstants {
     double growth = 8;            ///< limit of a call's pixels, over the largest call so far: small calls say little about large ones
 };
 
+/// Pixels of a first call: 1 ms of a tracer of 30,000 rays a second.
+constexpr double first_call = 32;
+/// Shorter times are rounding errors of clocks.
+constexpr double least_seconds = 1e-9;
+
 /// Trust in a measured time. It falls with each frame without a new measurement, so that a slow mode is tried again: soon the first
 /// time, because code is slow when it runs first, and half as soon each further time.
 class Trust {
@@ -71,10 +76,6 @@ public:
     void doubt() { trust_.doubt(constants_); }
 
 private:
-    /// Pixels of the first call: 1 ms of a tracer of 30,000 rays a second.
-    static constexpr double first_call = 32;
-    static constexpr double least_seconds = 1e-9;
-
     struct Costs {
         double call, pixel;  // seconds
     };

@@ -12,7 +12,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.frames.call_sizes import CallSizes, Turnover
+from bobrossnet import _core
+from bobrossnet.frames.call_sizes import CallSizes
 from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.samples import Samples
 from bobrossnet.support.errors import InputError, InputTypeError, check_integer
@@ -75,7 +76,7 @@ class Calls:
         self._filled = CallSizes(batch)  # calls in positions
         filled = self._filled.batch
         self.sizes = CallSizes(filled if positions is None or filled is None else positions.pixels_of(filled))
-        self.turnover = Turnover()
+        self.turnover = _core.Turnover()
         told = getattr(tracer, "in_flight", None)
         self._is_told = told is not None
         self.in_flight = 1 if told is None else check_integer("tracer.in_flight", told, 1, MOST_IN_FLIGHT)
@@ -126,7 +127,7 @@ class Calls:
                 return None
             is_cancelled = call.future is not None and call.future.cancelled()
             if self.in_flight > 1 and not is_cancelled:
-                self.turnover.came(call.asked, at - call.began, at, self.in_flight)
+                self.turnover.returned(call.asked, at - call.began, at, self.in_flight)
             if call in self.under_way:
                 break
             self._dropped.discard(call)
