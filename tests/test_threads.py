@@ -176,6 +176,13 @@ def test_values_of_two_objects_are_computed_at_once() -> None:
     assert (first.value, second.value) == (1, 1)
 
 
+def test_no_property_has_a_lock_for_its_class() -> None:
+    """As functools.cached_property has, up to Python 3.11."""
+    sources = [file for file in Path(bob.__file__).parent.rglob("*.py") if file.name != "threads.py"]
+    assert sources
+    assert [file.name for file in sources if "cached_property" in file.read_text()] == []
+
+
 class Failing:
     """A property that succeeds at the second attempt."""
 

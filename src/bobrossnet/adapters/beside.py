@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path, PurePath
 
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.paths import MAX_BYTES
+from bobrossnet.support.threads import lazy
 
 
 def find_beside(model: Path, name: str) -> str:
@@ -80,7 +80,7 @@ class Beside:
                     return find_beside(self.model, own)
             raise
 
-    @cached_property
+    @lazy
     def _names(self) -> dict[str, str]:
         """Names in the model's folder by their lower case."""
         with suppress(OSError):
