@@ -310,6 +310,8 @@ public:
     }
 
 private:
+    using Kernel = decltype(GuidedKernels::fit_gray);
+
     struct Tile {
         int down, across, top, bottom, left, right;
     };
@@ -340,13 +342,17 @@ private:
         return 1 + found / enough;
     }
 
-    /// Fits `count` places of a row in a tile; the output begins at `first` of `fitted`.
-    template <class Kernel>
-    void fit_row(Kernel fit, const Tile& tile, float y, float column_step, int count, float scale, int step, std::size_t first, Fitted& fitted) {
+    /// A row of places; its fit begins at `first` of the output.
+    struct Row {
+        float y;
+        std::size_t first;
+    };
+
+    void fit_row(Kernel fit, const Tile& tile, const Row& row, float column_step, int count, float scale, int step, Fitted& fitted) {
+        const auto [y, first] = row;
         const auto [left, right] = reaches_.across(tile.down, tile.across, (y - static_cast<float>(tile.top)) / fit_height);
         const float share = column_step / fit_width;
-        const int row = static_cast<int>(y);
-        const auto guide = [&](GuidedSurfaces::Plane plane) { return surfaces_.row(plane, row) + tile.left; };
+        const auto guide = [&, pixels = static_cast<int>(y)](GuidedSurfaces::Plane plane) { return surfaces_.row(plane, pixels) + tile.left; };
         const GuidedRow wanted{y, static_cast<float>(tile.left), column_step, guide(GuidedSurfaces::depth), guide(GuidedSurfaces::depth_right),
                                guide(GuidedSurfaces::depth_down), {guide(GuidedSurfaces::normal_x), guide(GuidedSurfaces::normal_y), guide(GuidedSurfaces::normal_z)},
                                {guide(GuidedSurfaces::red), guide(GuidedSurfaces::green), guide(GuidedSurfaces::blue)}, guide(GuidedSurfaces::coverage),
@@ -357,39 +363,41 @@ private:
         fit(traced_.samples.data(), ranges_.data(), ranges_.size(), step, guided_likeness, wanted, count, traced_.is_noisy);
     }
 
-    /// Fits each pixel, with a larger reach where no sample is on the same surface.
+    /// Fits `rows_`, of `count` places, with a larger reach where no sample is on the same surface.
+    void fit_rows(Kernel fit, const Tile& tile, float column_step, int count, Fitted& fitted) {
+        for (int widening = 0; widening < widenings && !rows_.empty(); ++widening) {
+            const float scale = static_cast<float>(1 << widening);
+            const int step = find_samples(tile, scale * reaches_.widest(tile.down, tile.across));
+            for (const Row& row : rows_) {
+                fit_row(fit, tile, row, column_step, count, scale, step, widening > 0 ? wider_ : fitted);
+                if (widening > 0) take_wider(row.first, count, fitted);
+            }
+            std::erase_if(rows_, [&](const Row& row) {
+                for (int place = 0; place < count; ++place) {
+                    if (fitted.weight[row.first + static_cast<std::size_t>(place)] < least_weight && is_wanted(tile, row, place)) return false;
+                }
+                return true;
+            });
+        }
+    }
+    /// On planes, pixels between places need all of them.
+    [[nodiscard]] bool is_wanted(const Tile& tile, const Row& row, int place) const {
+        if (completed_ == Completed::plane) return true;
+        return tile.left + place < tile.right && is_wanted(static_cast<int>(row.y), tile.left + place);
+    }
+
+    /// Fits each pixel.
     void on_surfaces(const Tile& tile, Fitted& fitted) {
-        const auto fit = components_ == 3 ? best_guided_kernels().fit_color : best_guided_kernels().fit_gray;
         int row_step = std::clamp(static_cast<int>(reaches_.narrowest(tile.down, tile.across) / reach_per_row), 1, fit_height - 1);
         if (row_step > 1 && !is_plane(surfaces_, tile.top, tile.bottom, tile.left, tile.right)) row_step = 1;
         const auto is_fitted = [&](int y) { return (y - tile.top) % row_step == 0 || y == tile.bottom - 1; };
-        std::array<bool, fit_height> is_done{};
-        bool is_any = false;
+        rows_.clear();
         for (int y = tile.top; y < tile.bottom; ++y) {
-            const bool is_needed = is_fitted(y) && is_any_wanted(y, y + 1, tile);
-            is_done[static_cast<std::size_t>(y - tile.top)] = !is_needed;
-            is_any = is_any || is_needed;
+            if (is_fitted(y) && is_any_wanted(y, y + 1, tile)) rows_.push_back({static_cast<float>(y), static_cast<std::size_t>((y - tile.top) * fit_width)});
         }
-        if (!is_any) return;
-        for (int widening = 0; widening < widenings; ++widening) {
-            const float scale = static_cast<float>(1 << widening);
-            const int step = find_samples(tile, scale * reaches_.widest(tile.down, tile.across));
-            bool is_last = true;
-            for (int y = tile.top; y < tile.bottom; ++y) {
-                const auto in_tile = static_cast<std::size_t>(y - tile.top);
-                if (is_done[in_tile]) continue;
-                const std::size_t first = in_tile * fit_width;
-                fit_row(fit, tile, static_cast<float>(y), 1, fit_width, scale, step, first, widening > 0 ? wider_ : fitted);
-                if (widening > 0) take_wider(first, fit_width, fitted);
-                is_done[in_tile] = true;
-                for (int x = tile.left; x < tile.right; ++x) {
-                    const bool is_fit = fitted.weight[first + static_cast<std::size_t>(x - tile.left)] >= least_weight;
-                    is_done[in_tile] = is_done[in_tile] && (is_fit || !is_wanted(y, x));
-                }
-                is_last = is_last && is_done[in_tile];
-            }
-            if (is_last) break;
-        }
+        if (rows_.empty()) return;
+        const auto fit = components_ == 3 ? best_guided_kernels().fit_color : best_guided_kernels().fit_gray;
+        fit_rows(fit, tile, 1, fit_width, fitted);
         for (int y = tile.top, before = tile.top; y < tile.bottom; ++y) {
             if (is_fitted(y)) before = y;
             if (is_fitted(y)) continue;
@@ -416,22 +424,11 @@ private:
         const int height = tile.bottom - tile.top, rows = places(height), columns = places(fit_width);
         const float row_step = rows > 1 ? static_cast<float>(height - 1) / static_cast<float>(rows - 1) : 1;
         const float column_step = (fit_width - 1.f) / static_cast<float>(columns - 1);
-        for (int widening = 0; widening < widenings; ++widening) {
-            const float scale = static_cast<float>(1 << widening);
-            const int step = find_samples(tile, scale * reaches_.widest(tile.down, tile.across));
-            bool is_last = true;
-            for (int row = 0; row < rows; ++row) {
-                const std::size_t first = static_cast<std::size_t>(row) * fit_width;
-                const auto begin = places_.weight.begin() + row * fit_width, end = begin + columns;
-                const auto is_fit = [](float weight) { return weight >= least_weight; };
-                if (widening > 0 && std::all_of(begin, end, is_fit)) continue;
-                const float y = static_cast<float>(tile.top) + row_step * static_cast<float>(row);
-                fit_row(best_guided_kernels().fit_plane, tile, y, column_step, columns, scale, step, first, widening > 0 ? wider_ : places_);
-                if (widening > 0) take_wider(first, static_cast<std::size_t>(columns), places_);
-                is_last = is_last && std::all_of(begin, end, is_fit);
-            }
-            if (is_last) break;
+        rows_.clear();
+        for (int row = 0; row < rows; ++row) {
+            rows_.push_back({static_cast<float>(tile.top) + row_step * static_cast<float>(row), static_cast<std::size_t>(row * fit_width)});
         }
+        fit_rows(best_guided_kernels().fit_plane, tile, column_step, columns, places_);
         for (int y = 0; y < height; ++y) {
             const auto [row, down] = place_of(y, row_step, rows);
             for (int x = 0; x < fit_width; ++x) {
@@ -456,8 +453,8 @@ private:
     }
 
     /// Takes the wider fit where the narrower one has too few samples.
-    void take_wider(std::size_t first, std::size_t count, Fitted& fitted) const {
-        for (std::size_t i = first; i < first + count; ++i) {
+    void take_wider(std::size_t first, int count, Fitted& fitted) const {
+        for (std::size_t i = first; i < first + static_cast<std::size_t>(count); ++i) {
             if (fitted.weight[i] >= least_weight) continue;
             for (int c = 0; c < components_; ++c) fitted.light[c][i] = wider_.light[c][i];
             fitted.weight[i] = wider_.weight[i], fitted.detail[i] = wider_.detail[i], fitted.noise[i] = wider_.noise[i];
@@ -470,6 +467,7 @@ private:
     int components_;
     Completed completed_;
     std::vector<GuidedRange> ranges_;
+    std::vector<Row> rows_;  // that still have to be fitted
     Fitted wider_, places_;
 };
 

@@ -26,7 +26,7 @@ struct GuidedRange {
 struct GuidedRow {
     float row, column;
     float column_step;                 // from one place to the next; 1 except on planes
-    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;  // null on planes
+    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;  // not read on planes
     float reach, reach_right;          // reach at the first place, and its increment per place
     float sharpness, sharpness_right;  // offset of squared distances, and its increment per place
     float* light[3];

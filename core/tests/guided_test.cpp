@@ -86,59 +86,64 @@ TEST(surfaces_are_alike_by_all_that_guides_say) {
     }
 }
 
+/// A picture of shadows on the ground.
+struct Shadows {
+    int height, width;
+    std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    std::vector<float> planes = std::vector<float>(3 * pixels), coverage = std::vector<float>(pixels), ground = std::vector<float>(2 * pixels),
+                       alpha = std::vector<float>(pixels);
+
+    void trace(std::size_t i, float shadow, float variance) { planes[i] = 1, planes[pixels + i] = shadow, planes[2 * pixels + i] = variance; }
+    /// As far right as the pixel.
+    [[nodiscard]] float ramp(std::size_t i) const { return static_cast<float>(i % static_cast<std::size_t>(width)) / static_cast<float>(width); }
+    void complete() {
+        const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
+        bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
+    }
+};
+
 TEST(shadows_are_completed_from_samples_of_the_ground) {
     // A surface covers the left half; a shadow of half the light lies on the ground beside it, out to the horizon.
-    constexpr int height = 30, width = 48;
-    constexpr std::size_t pixels = height * width;
-    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
-    std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+    Shadows picture{30, 48};
     test::Random random(5);
-    for (std::size_t i = 0; i < pixels; ++i) {
-        const bool covered = i % width < width / 2;
-        coverage[i] = covered, ground[i] = !covered, ground[pixels + i] = 1 - 30 / static_cast<float>(i / width + 1);
-        if (random() >= 0.15f) continue;
-        planes[i] = 1, planes[pixels + i] = covered ? 0.f : 0.5f, planes[2 * pixels + i] = 1e-3f;
+    for (std::size_t i = 0; i < picture.pixels; ++i) {
+        const bool covered = i % 48 < 24;
+        picture.coverage[i] = covered, picture.ground[i] = !covered;
+        picture.ground[picture.pixels + i] = 1 - 30 / static_cast<float>(i / 48 + 1);
+        if (random() < 0.15f) picture.trace(i, covered ? 0.f : 0.5f, 1e-3f);
     }
-    bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
-    for (std::size_t i = 0; i < pixels; ++i) CHECK_NEAR(alpha[i], coverage[i] > 0 ? 1.f : 0.5f, 1e-6f);
+    picture.complete();
+    for (std::size_t i = 0; i < picture.pixels; ++i) CHECK_NEAR(picture.alpha[i], picture.coverage[i] > 0 ? 1.f : 0.5f, 1e-6f);
 }
 
 TEST(shadows_between_fitted_places_are_interpolated) {
     // The ground ends within tiles, whose fit is interpolated between places, some of them beyond it.
-    constexpr int height = 60, width = 60;
-    constexpr std::size_t pixels = height * width;
-    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
-    for (const int rows : {50, 51, 53}) {
-        std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+    for (const std::size_t rows : {50, 51, 53}) {
+        Shadows picture{60, 60};
         test::Random random(5);
-        for (std::size_t i = 0; i < static_cast<std::size_t>(rows * width); ++i) {
-            ground[i] = 1;
-            if (random() >= 0.006f) continue;
-            planes[i] = 1, planes[pixels + i] = static_cast<float>(i % width) / width, planes[2 * pixels + i] = 1e-2f;
+        for (std::size_t i = 0; i < rows * 60; ++i) {
+            picture.ground[i] = 1;
+            if (random() < 0.006f) picture.trace(i, picture.ramp(i), 1e-2f);
         }
-        bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
-        for (std::size_t i = 0; i < pixels; ++i) {
-            const auto x = static_cast<float>(i % width);
-            if (x > 10 && x < 50) CHECK_NEAR(alpha[i], ground[i] * x / width, 0.04f);
+        picture.complete();
+        for (std::size_t i = 0; i < picture.pixels; ++i) {
+            if (i % 60 > 10 && i % 60 < 50) CHECK_NEAR(picture.alpha[i], picture.ground[i] * picture.ramp(i), 0.04f);
         }
     }
 }
 
 TEST(slopes_do_not_keep_noise) {
     // The samples lie on a ramp, except for one, whose variance explains its deviation.
-    constexpr int height = 48, width = 48;
-    constexpr std::size_t pixels = height * width;
-    const bob::Layout layout{bob::channels::mask, bob::channels::shadow, bob::channels::variance};
-    std::vector<float> planes(3 * pixels), coverage(pixels), ground(2 * pixels), alpha(pixels);
+    Shadows picture{48, 48};
     test::Random random(5);
-    std::size_t middle = pixels;
-    for (std::size_t i = 0; i < pixels; ++i) {
-        ground[i] = 1;
+    std::size_t middle = picture.pixels;
+    for (std::size_t i = 0; i < picture.pixels; ++i) {
+        picture.ground[i] = 1;
         if (random() >= 0.1f) continue;
-        planes[i] = 1, planes[pixels + i] = static_cast<float>(i % width) / width, planes[2 * pixels + i] = 1e-3f;
-        if (i > pixels / 2 && i % width > 20 && i % width < 28) middle = std::min(middle, i);
+        picture.trace(i, picture.ramp(i), 1e-3f);
+        if (i > picture.pixels / 2 && i % 48 > 20 && i % 48 < 28) middle = std::min(middle, i);
     }
-    planes[pixels + middle] += 0.1f;
-    bob::complete_alpha(layout, planes.data(), coverage.data(), ground.data(), height, width, alpha.data());
-    CHECK_NEAR(alpha[middle], static_cast<float>(middle % width) / width, 0.02f);
+    picture.planes[picture.pixels + middle] += 0.1f;
+    picture.complete();
+    CHECK_NEAR(picture.alpha[middle], picture.ramp(middle), 0.02f);
 }
