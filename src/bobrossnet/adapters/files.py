@@ -33,6 +33,7 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
+from bobrossnet.support.atomic import check_folder
 from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
 from bobrossnet.support.messages import name_of, one_line, warn_of
 from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
@@ -216,6 +217,21 @@ def shape_files(place: str | os.PathLike[str]) -> list[Path]:
     if not place.is_dir():
         raise InputError(f"{place}: expected a shape file or a folder of them, got no such file")
     return sorted(path for path in place.rglob("*") if path.suffix.lower() in ALL_ENDINGS and path.is_file())
+
+
+def shape_files_into(
+    source: str | os.PathLike[str], out: str | os.PathLike[str], ending: str
+) -> tuple[list[Path], list[Path]]:
+    """Return `shape_files`, and a path for each in the folder `out`: in the same subfolder, with an ending appended.
+
+    Raises
+    ------
+    InputError
+        If there is no such source, or if a file is in place of the folder.
+    """
+    files, place, folder = shape_files(source), path_of(source, "source"), check_folder(out, "out")
+    base = place if place.is_dir() else place.parent
+    return files, [folder / f"{file.relative_to(base)}{ending}" for file in files]
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:

@@ -10,7 +10,7 @@ from typing import Any
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import VIEWS
-from bobrossnet.pictures.sheets import LAYOUT
+from bobrossnet.pictures.sheets import LAYOUT, laid_out
 
 SIZE = (900, 1200)
 
@@ -44,10 +44,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Draw the sheet, and print the dimensions."""
-    import bobrossnet as bob
     from bobrossnet.picture.files import check_picture_path
     from bobrossnet.pictures.annotations import lengths
-    from bobrossnet.pictures.sheets import in_unit
     from bobrossnet.support.machine import limit_memory
 
     limit_memory()
@@ -58,17 +56,10 @@ def run(options: argparse.Namespace) -> None:
     title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
     start = time.perf_counter()
     views = options.views.split(",")
-    picture = bob.sheet(
-        scene,
-        views,
-        size=options.size,
-        title=title,
-        unit=options.unit,
-        edges=options.edges,
-        section=options.section,
-    )
+    sheet = laid_out(scene, views, options.size, options.unit, options.section)
+    picture = sheet.drawn(title, options.edges)
     seconds = time.perf_counter() - start
-    scene, unit = in_unit(scene, options.unit)
+    scene, unit = sheet.scene, sheet.unit
     name, box = report.write(picture.rgba), scene.extent
     report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, unit)}, {seconds:.1f} s")
     report.fields |= {

@@ -205,11 +205,13 @@ def laid_out(
     ]
     if not 1 <= len(chosen) <= 6:
         raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
+    if unit is not None and not isinstance(unit, str):
+        raise InputTypeError(f"unit: expected a string, got {type(unit).__name__}")
     sections = check_sections(section)
-    converted, unit = in_unit(scene, unit)
-    if converted is not scene:
-        sections = tuple(each.scaled(factor(scene.unit, unit)) for each in sections)
-        scene = converted
+    if unit and scene.unit:
+        own, scene = scene.unit, scene.converted(unit)
+        sections = tuple(each.scaled(factor(own, unit)) for each in sections)
+    unit = scene.unit or "" if unit is None else unit
     line = max(LEAST_LINE, min(height, width) // LINE_SHARE)
     shown = [(name, scene, Camera.named(name), SIDES.get(name)) for name in chosen]
     shown += [_section_view(scene, each) for each in sections]
@@ -224,15 +226,6 @@ def laid_out(
     placed = [replace(view, camera=replace(view.camera, zoom=zoom)) for view in placed]
     pixels = min(placed[0].size) * zoom / (2 * scene.radius)
     return Sheet(scene, (height, width), tuple(placed), sections, pixels, line, unit)
-
-
-def in_unit(scene: Scene, unit: str | None) -> tuple[Scene, str]:
-    """Return the scene as `sheet` draws it, in another unit if its own is known, and the word after its lengths."""
-    if unit is None:
-        return scene, scene.unit or ""
-    if not isinstance(unit, str):
-        raise InputTypeError(f"unit: expected a string, got {type(unit).__name__}")
-    return scene.converted(unit) if unit and scene.unit else scene, unit
 
 
 def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, str | None]:

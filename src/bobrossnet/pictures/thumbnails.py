@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
-from bobrossnet.adapters.files import check_up, load, shape_files
+from bobrossnet.adapters.files import check_up, load, shape_files_into
 from bobrossnet.picture.camera import Camera, CameraLike, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
@@ -23,12 +23,10 @@ from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import check_picture, render
-from bobrossnet.support.atomic import check_folder
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, check_callable, check_integer
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.support.messages import name_of, one_line
-from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.light import LightLike
 
 ENDING = ".png"
@@ -137,10 +135,7 @@ def thumbnails(
     camera = None if camera is None else orbiting(camera)
     style = Style(check_size(size), camera, samples, background, up, light, ground)
     count = check_integer("workers", min(_cores(), MAX_PROCESSES) if workers is None else workers, 1, MAX_PROCESSES)
-    files = shape_files(source)
-    place = path_of(source, "source")
-    folder, out = place if place.is_dir() else place.parent, check_folder(out, "out")
-    pictures = [out / f"{file.relative_to(folder)}{ENDING}" for file in files]
+    files, pictures = shape_files_into(source, out, ENDING)
     made: dict[int, Thumbnail] = {}
     missing = []
     for i, (file, picture) in enumerate(zip(files, pictures, strict=True)):

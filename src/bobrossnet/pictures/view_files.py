@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bobrossnet.adapters.files import check_up, load, shape_files
+from bobrossnet.adapters.files import check_up, load, shape_files_into
 from bobrossnet.picture.exr import openexr, write_exr
 from bobrossnet.picture.files import png
 from bobrossnet.picture.order import Size
@@ -21,10 +21,9 @@ from bobrossnet.picture.pose import Pose
 from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.rendering import check_picture
 from bobrossnet.pictures.views import CHANNELS, PosedView, around, views
-from bobrossnet.support.atomic import check_folder, write_whole
+from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
-from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.light import LightLike
 
 FORMATS = ("npz", "exr", "webdataset")
@@ -78,11 +77,8 @@ def dataset_of_views(
     if style.format == "exr":
         openexr()  # its lack is said before the first view
     around(style.cameras)
-    files = shape_files(source)
-    place = path_of(source, "source")
-    folder, out = place if place.is_dir() else place.parent, check_folder(out, "out")
     ending = ".tar" if style.format == "webdataset" else ""
-    places = [out / f"{file.relative_to(folder)}{ending}" for file in files]
+    files, places = shape_files_into(source, out, ending)
     complete = [place if ending else place / TRANSFORMS for place in places]
     missing = [i for i, place in enumerate(complete) if not place.is_file()]
     written = {i: Written(files[i], places[i], None, is_new=False) for i in range(len(files)) if i not in set(missing)}
