@@ -79,6 +79,7 @@ class Page:
     def choose(self, file):
         self.tab.select_option("#gallery", file)
         self.opened()
+        assert self.tab.input_value("#gallery") == file, self.text("#message")
 
     def exact(self):
         """Return the exact picture, (H, W, 3) uint8, with one ray in each pixel."""
