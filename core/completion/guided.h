@@ -7,7 +7,7 @@ namespace bob {
 
 /// Completes gray or colour of a G-buffer along guides of all pixels.
 ///
-/// Light is the channel divided by the albedo. At each pixel, weighted least squares fit a plane over position and normal to about 16
+/// Light is the channel divided by the albedo. At each pixel, weighted least squares fit a plane over position and normal to about 18
 /// traced neighbours, or more if they are noisy. Weights fall with distance and with differences in normal, albedo and coverage, and with
 /// the distance from the pixel's tangent plane in depth. Light does not leak across edges, and follows curvature within a surface.
 ///

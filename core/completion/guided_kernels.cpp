@@ -6,8 +6,7 @@
 namespace bob::BOB_ISA {
 namespace {
 
-/// Unknowns: 1, the position in the picture, and the normal unless all are on one plane.
-constexpr int on_surfaces = 6, on_plane = 3;
+using Places = GuidedPlaces;
 
 /// Ridge of the slopes, as a share of the weight: without it, slopes from few samples are extrapolated; a larger one flattens light.
 constexpr float place_ridge = 3e-3f, normal_ridge = 3e-3f;
@@ -17,78 +16,91 @@ constexpr float least_likeness = 1e-5f;
 
 F square(F a) { return a * a; }
 
+float lowest(F a) {
+    float result = a[0];
+    for (int i = 1; i < lanes; ++i) result = a[i] < result ? a[i] : result;
+    return result;
+}
+float highest(F a) { return -lowest(-a); }
+
 /// Sums over samples: the upper triangle of a symmetric matrix, and its right-hand sides.
 template <int C, int unknowns>
 struct Sums {
     F matrix[unknowns][unknowns], right[C][unknowns];
 };
 
-/// Light at the pixel, the first unknown; the others are eliminated from the last one on. Returns the part of the squared sums of
-/// luminance that the fit explains.
+/// Solves for the unknowns, (C, unknowns): they are eliminated from the last one on. Returns the part of the squared sums of luminance that
+/// the fit explains.
 template <int C, int unknowns>
-inline F solve(Sums<C, unknowns>& s, F reach2, F* light) {
+inline F solve(Sums<C, unknowns>& s, F reach2, F (&light)[C][unknowns]) {
     const F total = s.matrix[0][0];
-    F explained{};
-    const auto explain = [&](int k, F inverse) {
+    F explained{}, inverses[unknowns];
+    const auto explain = [&](int k) {
         F of_luminance = s.right[0][k];
         if constexpr (C == 3) of_luminance = constant(0.2126f) * s.right[0][k] + constant(0.7152f) * s.right[1][k] + constant(0.0722f) * s.right[2][k];
-        explained = fma(of_luminance * of_luminance, inverse, explained);
+        inverses[k] = constant(1) / s.matrix[k][k];
+        explained = fma(of_luminance * of_luminance, inverses[k], explained);
     };
     BOB_UNROLL
     for (int u = 1; u < unknowns; ++u) s.matrix[u][u] += total * (u < 3 ? reach2 * constant(place_ridge) : constant(normal_ridge));
     BOB_UNROLL
     for (int k = unknowns - 1; k > 0; --k) {
-        const F inverse = constant(1) / s.matrix[k][k];
-        explain(k, inverse);
+        explain(k);
         BOB_UNROLL
         for (int u = 0; u < k; ++u) {
-            const F factor = s.matrix[u][k] * inverse;
+            const F factor = s.matrix[u][k] * inverses[k];
             BOB_UNROLL
             for (int v = 0; v <= u; ++v) s.matrix[v][u] -= factor * s.matrix[v][k];
             BOB_UNROLL
             for (int c = 0; c < C; ++c) s.right[c][u] -= factor * s.right[c][k];
         }
     }
+    explain(0);
     BOB_UNROLL
-    for (int c = 0; c < C; ++c) light[c] = s.right[c][0] / s.matrix[0][0];
-    explain(0, constant(1) / s.matrix[0][0]);
+    for (int c = 0; c < C; ++c) {
+        BOB_UNROLL
+        for (int k = 0; k < unknowns; ++k) {
+            F rest = s.right[c][k];
+            BOB_UNROLL
+            for (int u = 0; u < k; ++u) rest -= s.matrix[u][k] * light[c][u];
+            light[c][k] = k > 0 ? rest * inverses[k] : rest / s.matrix[0][0];
+        }
+    }
     return explained;
 }
 
 template <int C, int unknowns>
 void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
-         const GuidedRow& row, int count, bool is_noisy) {
-    F place;
-    for (int i = 0; i < lanes; ++i) place[i] = static_cast<float>(i);
+         GuidedPlaces& places, bool is_noisy) {
     const F one = constant(1), none{};
-    for (int x = 0; x < count; x += lanes) {
-        const F along = place + constant(static_cast<float>(x)), column = fma(along, constant(row.column_step), constant(row.column));
-        const F reach = fma(along, constant(row.reach_right), constant(row.reach)), reach2 = reach * reach, inverse_reach2 = one / reach2;
-        const F sharpness = fma(along, constant(row.sharpness_right), constant(row.sharpness));
+    for (int first = 0; first < places.count; first += lanes) {
+        const auto of = [&](int value) { return load<F>(places.of[value] + first); };
+        const F row = of(Places::row), column = of(Places::column), sharpness = of(Places::sharpness);
+        const F reach = of(Places::reach), reach2 = reach * reach, inverse_reach2 = one / reach2;
         F depth, right, down, normal[3], albedo[3], coverage, inverse_tolerance2;
-        if constexpr (unknowns == on_surfaces) {
-            depth = load<F>(row.depth + x), right = load<F>(row.depth_right + x), down = load<F>(row.depth_down + x);
-            for (int k = 0; k < 3; ++k) normal[k] = load<F>(row.normal[k] + x), albedo[k] = load<F>(row.albedo[k] + x);
-            coverage = load<F>(row.coverage + x);
+        if constexpr (unknowns == Places::on_surfaces) {
+            const auto guide = [&](int plane) { return of(Places::guides + plane); };
+            depth = guide(Guides::depth), right = guide(Guides::depth_right), down = guide(Guides::depth_down);
+            for (int k = 0; k < 3; ++k) normal[k] = guide(Guides::normal_x + k), albedo[k] = guide(Guides::red + k);
+            coverage = guide(Guides::coverage);
             inverse_tolerance2 = one / square(depth_tolerance(likeness, absolute(right), absolute(down)));
         }
-        float widest = 0;
-        for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
+        const float top = lowest(row), bottom = highest(row), widest = highest(reach2);
 
         Sums<C, unknowns> s{};
         F total{}, shade2{}, variance{}, low[C], high[C];
         for (int c = 0; c < C; ++c) low[c] = constant(3.4e38f), high[c] = none;
         for (std::size_t r = 0; r < range_count; ++r) {
-            const float down_to = ranges[r].row - row.row;
-            if (down_to * down_to >= widest) continue;
-            const F dy = constant(down_to);
+            const float above = top - ranges[r].row, below = ranges[r].row - bottom, away = above > 0 ? above : below > 0 ? below : 0;
+            if (away * away >= widest) continue;
+            const F dy = constant(ranges[r].row) - row;
             for (int n = ranges[r].begin; n < ranges[r].end; n += step) {
                 const GuidedSample& q = samples[n];
                 const F dx = constant(q.column) - column, distance2 = fma(dx, dx, dy * dy);
                 const F near = max(one - distance2 * inverse_reach2, none);
                 if (bits(near > none) == 0) continue;
                 F unknown[unknowns] = {one, dx, dy}, like = near * near;
-                if constexpr (unknowns == on_surfaces) {
+                if constexpr (unknowns == Places::on_surfaces) {
                     const F tilt[] = {constant(q.normal[0]) - normal[0], constant(q.normal[1]) - normal[1], constant(q.normal[2]) - normal[2]};
                     const F off_plane = constant(q.depth) - fma(right, dx, fma(down, dy, depth));
                     const F tint[] = {constant(q.albedo[0]) - albedo[0], constant(q.albedo[1]) - albedo[1], constant(q.albedo[2]) - albedo[2]};
@@ -124,21 +136,126 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
                 }
             }
         }
+        const auto set = [&](int value, F to) { store(places.of[value] + first, to); };
         const F inverse = one / max(s.matrix[0][0], constant(1e-30f));
-        F light[C];
+        F light[C][unknowns];
         const F explained = solve(s, reach2, light);
         BOB_UNROLL
-        for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // clamped to the samples' range, since planes extrapolate
-        store(row.weight + x, total);
+        for (int c = 0; c < C; ++c) {
+            set(Places::light_of(c, 0), max(min(light[c][0], high[c]), low[c]));
+            BOB_UNROLL
+            for (int u = 1; u < unknowns; ++u) set(Places::light_of(c, u), light[c][u]);
+            set(Places::low + c, low[c]), set(Places::high + c, high[c]);
+        }
+        set(Places::weight, total);
         if (is_noisy) {
-            store(row.noise + x, variance * inverse);
-            store(row.detail + x, max((shade2 - explained) * inverse, none));
+            set(Places::noise, variance * inverse);
+            set(Places::detail, max((shade2 - explained) * inverse, none));
+        }
+    }
+}
+
+/// The places at one side of each pixel of a row.
+template <int C, int unknowns>
+struct Corner {
+    F column, row, share;  // share: 0 for places without enough samples
+    F depth, right, down, inverse_tolerance2, normal[3], albedo[3], coverage;
+    F light[C][unknowns], low[C], high[C], detail, noise;
+};
+
+template <int C, int unknowns>
+void blend(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, bool is_noisy) {
+    const F one = constant(1), none{};
+    for (int left = 0; left < pixels.width; left += lanes) {
+        int before[lanes], after[lanes];
+        F along;
+        for (int lane = 0, column = 0; lane < lanes; ++lane) {
+            const int x = left + lane < pixels.width ? left + lane : pixels.width - 1;
+            while (column + 2 < grid.columns && grid.column[column + 1] <= x) ++column;
+            before[lane] = column, after[lane] = column + 1 < grid.columns ? column + 1 : column;
+            const int from = grid.column[before[lane]], to = grid.column[after[lane]];
+            along[lane] = to > from ? static_cast<float>(x - from) / static_cast<float>(to - from) : 0;
+        }
+        const auto corner_of = [&](int row, const int (&columns)[lanes]) {
+            const auto of = [&](int value) {
+                F result;
+                for (int lane = 0; lane < lanes; ++lane) {
+                    const int place = grid.place[row][columns[lane]];
+                    result[lane] = place < 0 ? 0 : places.of[value][place];
+                }
+                return result;
+            };
+            Corner<C, unknowns> corner;
+            corner.column = of(Places::column), corner.row = of(Places::row);
+            corner.share = of(Places::weight) >= constant(least_weight) ? one : none;
+            if constexpr (unknowns == Places::on_surfaces) {
+                const auto guide = [&](int plane) { return of(Places::guides + plane); };
+                corner.depth = guide(Guides::depth), corner.right = guide(Guides::depth_right), corner.down = guide(Guides::depth_down);
+                for (int k = 0; k < 3; ++k) corner.normal[k] = guide(Guides::normal_x + k), corner.albedo[k] = guide(Guides::red + k);
+                corner.coverage = guide(Guides::coverage);
+                corner.inverse_tolerance2 = one / square(depth_tolerance(likeness, absolute(corner.right), absolute(corner.down)));
+            }
+            for (int c = 0; c < C; ++c) {
+                for (int u = 0; u < unknowns; ++u) corner.light[c][u] = of(Places::light_of(c, u));
+                corner.low[c] = of(Places::low + c), corner.high[c] = of(Places::high + c);
+            }
+            if (is_noisy) corner.detail = of(Places::detail), corner.noise = of(Places::noise);
+            return corner;
+        };
+        Corner<C, unknowns> corners[2][2] = {{}, {corner_of(0, before), corner_of(0, after)}};
+        for (int row = 0; row == 0 || row + 1 < grid.rows; ++row) {
+            const int below = row + 1 < grid.rows ? row + 1 : row;
+            corners[0][0] = corners[1][0], corners[0][1] = corners[1][1];
+            corners[1][0] = corner_of(below, before), corners[1][1] = corner_of(below, after);
+            const int begin = grid.row[row], end = below + 1 < grid.rows ? grid.row[below] : pixels.height;
+            for (int y = begin; y < end; ++y) {
+                const F down = constant(below > row ? static_cast<float>(y - begin) / static_cast<float>(grid.row[below] - begin) : 0);
+                const auto guide = [&](int plane) { return load<F>(pixels.guides[plane] + static_cast<std::size_t>(y) * pixels.guides_stride + left); };
+                F depth, normal[3], albedo[3], coverage;
+                if constexpr (unknowns == Places::on_surfaces) {
+                    depth = guide(Guides::depth), coverage = guide(Guides::coverage);
+                    for (int k = 0; k < 3; ++k) normal[k] = guide(Guides::normal_x + k), albedo[k] = guide(Guides::red + k);
+                }
+                F weights{}, light[C]{}, detail{}, noise{};
+                BOB_KEEP_LOOP
+                for (int i = 0; i < 4; ++i) {
+                    const Corner<C, unknowns>& corner = corners[i / 2][i % 2];
+                    const F x = constant(static_cast<float>(pixels.left + left)) + to_floats(lane_numbers());
+                    const F dx = x - corner.column, dy = constant(static_cast<float>(pixels.top + y)) - corner.row;
+                    F unknown[unknowns] = {one, dx, dy};
+                    F weight = corner.share * (i / 2 ? down : one - down) * (i % 2 ? along : one - along);
+                    if constexpr (unknowns == Places::on_surfaces) {
+                        const F off_plane = depth - fma(corner.right, dx, fma(corner.down, dy, corner.depth));
+                        F tint[3];
+                        for (int k = 0; k < 3; ++k) unknown[3 + k] = normal[k] - corner.normal[k], tint[k] = albedo[k] - corner.albedo[k];
+                        const F tilt[] = {unknown[3], unknown[4], unknown[5]};
+                        const F unlike = unlikeness(likeness, tilt, off_plane, corner.inverse_tolerance2, fma(dx, dx, dy * dy), tint,
+                                                    coverage - corner.coverage, [](F a, F b, F c) { return fma(a, b, c); });
+                        weight *= likeness_of(unlike);
+                    }
+                    weights += weight;
+                    for (int c = 0; c < C; ++c) {
+                        F value = corner.light[c][0];
+                        for (int u = 1; u < unknowns; ++u) value = fma(corner.light[c][u], unknown[u], value);
+                        value = max(min(value, corner.high[c]), corner.low[c]);
+                        light[c] += weight > none ? weight * value : none;
+                    }
+                    if (is_noisy) detail = fma(weight, corner.detail, detail), noise = fma(weight, corner.noise, noise);
+                }
+                const F inverse = one / max(weights, constant(1e-30f));
+                const auto at = static_cast<std::size_t>(y) * pixels.output_stride + static_cast<std::size_t>(left);
+                for (int c = 0; c < C; ++c) store(pixels.light[c] + at, light[c] * inverse);
+                store(pixels.weight + at, weights);
+                if (is_noisy) store(pixels.detail + at, detail * inverse), store(pixels.noise + at, noise * inverse);
+            }
         }
     }
 }
 
 }  // namespace
 
-const GuidedKernels guided_kernels = {fit<1, on_surfaces>, fit<3, on_surfaces>, fit<1, on_plane>};
+const GuidedKernels guided_kernels = {{fit<1, Places::on_surfaces>, blend<1, Places::on_surfaces>},
+                                      {fit<3, Places::on_surfaces>, blend<3, Places::on_surfaces>},
+                                      {fit<1, Places::on_plane>, blend<1, Places::on_plane>}};
 
 }  // namespace bob::BOB_ISA

@@ -22,17 +22,54 @@ struct GuidedRange {
     float row;
 };
 
-/// Input and output for places in a row of the picture. Pointers are to the first place; whole vectors are read and written.
-struct GuidedRow {
-    float row, column;
-    float column_step;                 // from one place to the next; 1 except on planes
-    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;  // not read on planes
-    float reach, reach_right;          // reach at the first place, and its increment per place
-    float sharpness, sharpness_right;  // offset of squared distances, and its increment per place
-    float* light[3];
-    float *weight;            // sum of the weights of samples on the same surface
-    float *detail, *noise;    // squared scatter of the samples around the fit, and its share explained by noise
+/// Planes of guides.
+struct Guides {
+    enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
 };
+
+/// Places in the picture, and fits of light there. A place's value is `of[value][place]`; whole vectors are read and written.
+struct GuidedPlaces {
+    static constexpr int capacity = 128;
+    /// 1, the position in the picture, and the normal unless all places are on one plane.
+    static constexpr int on_surfaces = 6, on_plane = 3;
+
+    enum Value {
+        row,
+        column,
+        reach,
+        sharpness,                   // offset of squared distances
+        guides,                      // Guides::Plane; not read on planes
+        light = guides + Guides::count,  // components of the linear functions of the unknowns, relative to the place
+        low = light + 3 * on_surfaces, high = low + 3,  // extremes of the samples, which limit the functions
+        weight = high + 3,           // sum of the weights of samples on the same surface
+        detail, noise,               // squared scatter of the samples around the fit, and its share explained by noise
+        values
+    };
+    static constexpr int light_of(int component, int unknown) { return light + on_surfaces * component + unknown; }
+
+    int count = 0;
+    alignas(64) float of[values][capacity]{};
+};
+
+/// Places in rows and columns of an area, at its corners too.
+struct GuidedGrid {
+    int rows, columns;
+    int row[8], column[16];  // in the area
+    int place[8][16];        // its number, or -1
+};
+
+/// The pixels of a pixels. Pointers are to its first one.
+struct GuidedPixels {
+    int top, left, height, width;
+    const float* guides[Guides::count];  // not read on planes
+    std::size_t guides_stride, output_stride;
+    float* light[3];
+    float* weight;  // likeness of the places' surfaces; of places without enough samples, 0
+    float *detail, *noise;
+};
+
+/// Minimum weight of a fit.
+constexpr float least_weight = 1e-2f;
 
 /// Tolerances for differences between surfaces.
 struct GuidedLikeness {
@@ -67,14 +104,16 @@ template <class T>
 }
 
 struct GuidedKernels {
-    /// Fits `count` places of a row to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
-    void (*fit_gray)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
-                     const GuidedRow& row, int count, bool is_noisy);
-    void (*fit_color)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
-                      const GuidedRow& row, int count, bool is_noisy);
+    struct Kernels {
+        /// Fits every place to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
+        void (*fit)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+                    GuidedPlaces& places, bool is_noisy);
+        /// Blends the functions of the places around each pixel, by nearness and likeness.
+        void (*blend)(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, bool is_noisy);
+    };
+    Kernels gray, color;
     /// Gray where all samples and places are on one plane.
-    void (*fit_plane)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
-                      const GuidedRow& row, int count, bool is_noisy);
+    Kernels plane;
 };
 
 BOB_DECLARE_KERNELS(GuidedKernels, guided_kernels)

@@ -18,7 +18,8 @@ constexpr GuidedLikeness guided_likeness{20, 20, 100, 5e-4f};
 /// Guides, with rows padded to whole vectors by repeating their last pixel.
 class GuidedSurfaces {
 public:
-    enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
+    using Plane = Guides::Plane;
+    using enum Guides::Plane;
 
     /// Row lengths are multiples of this.
     static constexpr int row_multiple = 16;
@@ -33,6 +34,7 @@ public:
         return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
     }
     [[nodiscard]] const float* row(int plane, int y) const { return const_cast<GuidedSurfaces*>(this)->row(plane, y); }
+    [[nodiscard]] std::size_t stride() const { return stride_; }
     [[nodiscard]] int height() const { return height_; }
     [[nodiscard]] int width() const { return width_; }
 

@@ -68,6 +68,28 @@ TEST(nothing_is_made_of_nothing) {
     for (const float value : color) CHECK_EQ(value, 0.f);
 }
 
+TEST(light_between_fitted_places_follows_position_and_normal) {
+    // A wavy surface beside a darker one. Noisy samples are fitted at a few places, far apart.
+    Picture picture(64, 96, 0.2f, 0.1f);
+    const std::size_t pixels = picture.size();
+    const auto tilt = [&](std::size_t i) { return picture.is_left(i) ? 0.3f * std::sin(0.2f * static_cast<float>(i % 96)) - 0.4f : 0.5f; };
+    const auto light = [&](std::size_t i) {
+        return picture.is_left(i) ? 1 + 0.01f * static_cast<float>(i / 96) + tilt(i) : 0.1f;
+    };
+    for (std::size_t i = 0; i < pixels; ++i) {
+        picture.guides[2 * pixels + i] = tilt(i);
+        for (std::size_t k = 0; k < 3; ++k) picture.planes[(1 + k) * pixels + i] = picture.planes[i] * light(i) * picture.guides[(4 + k) * pixels + i];
+    }
+    const std::vector<float> color = picture.completed();
+    double sum = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const float difference = std::abs(color[i] / picture.guides[4 * pixels + i] - light(i));
+        CHECK_LT(difference, 0.06f);
+        sum += difference;
+    }
+    CHECK_LT(sum / static_cast<double>(pixels), 0.01);
+}
+
 TEST(surfaces_are_alike_by_all_that_guides_say) {
     // A plane that is tilted to the right, of one color; then each guide of the last pixel is changed.
     constexpr int height = 3, width = 20;
