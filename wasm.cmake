@@ -28,6 +28,8 @@ set(fast_sources
   core/files/inflate.cpp
   core/files/welding.cpp
   core/completion/guided.cpp
+  core/completion/guided_fit.cpp
+  core/completion/guided_samples.cpp
   core/completion/guided_surfaces.cpp
   core/light/edges.cpp
   core/light/light_history.cpp

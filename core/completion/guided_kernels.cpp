@@ -79,7 +79,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         const F reach = of(Places::reach), reach2 = reach * reach, inverse_reach2 = one / reach2;
         F depth, right, down, normal[3], albedo[3], coverage, inverse_tolerance2;
         if constexpr (unknowns == Places::on_surfaces) {
-            const auto guide = [&](int plane) { return of(Places::guides + plane); };
+            const auto guide = [&](int plane) { return of(Places::guide(plane)); };
             depth = guide(Guides::depth), right = guide(Guides::depth_right), down = guide(Guides::depth_down);
             for (int k = 0; k < 3; ++k) normal[k] = guide(Guides::normal_x + k), albedo[k] = guide(Guides::red + k);
             coverage = guide(Guides::coverage);
@@ -155,96 +155,80 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
     }
 }
 
-/// The places at one side of each pixel of a row.
-template <int C, int unknowns>
+/// The values of one of the four places around each pixel; 0 if it is not fitted.
 struct Corner {
-    F column, row, share;  // share: 0 for places without enough samples
-    F depth, right, down, inverse_tolerance2, normal[3], albedo[3], coverage;
-    F light[C][unknowns], low[C], high[C], detail, noise;
+    F of[Places::values];
+    F inverse_tolerance2;
 };
 
-template <int C, int unknowns>
-void blend(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, bool is_noisy) {
+template <int unknowns>
+void blend(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, int components,
+           bool is_noisy) {
     const F one = constant(1), none{};
     for (int left = 0; left < pixels.width; left += lanes) {
-        int before[lanes], after[lanes];
+        int columns[2][lanes];
         F along;
-        for (int lane = 0, column = 0; lane < lanes; ++lane) {
+        for (int lane = 0, before = 0; lane < lanes; ++lane) {
             const int x = left + lane < pixels.width ? left + lane : pixels.width - 1;
-            while (column + 2 < grid.columns && grid.column[column + 1] <= x) ++column;
-            before[lane] = column, after[lane] = column + 1 < grid.columns ? column + 1 : column;
-            const int from = grid.column[before[lane]], to = grid.column[after[lane]];
+            while (before + 2 < grid.columns && grid.column[before + 1] <= x) ++before;
+            const int after = before + 1 < grid.columns ? before + 1 : before, from = grid.column[before], to = grid.column[after];
+            columns[0][lane] = before, columns[1][lane] = after;
             along[lane] = to > from ? static_cast<float>(x - from) / static_cast<float>(to - from) : 0;
         }
-        const auto corner_of = [&](int row, const int (&columns)[lanes]) {
-            const auto of = [&](int value) {
-                F result;
+        const F x = constant(static_cast<float>(pixels.left + left)) + to_floats(lane_numbers());
+        const auto find = [&](int row, int side, Corner& corner) {
+            BOB_KEEP_LOOP
+            for (int value = 0; value < Places::values; ++value) {
+                BOB_KEEP_LOOP
                 for (int lane = 0; lane < lanes; ++lane) {
-                    const int place = grid.place[row][columns[lane]];
-                    result[lane] = place < 0 ? 0 : places.of[value][place];
+                    const int place = grid.place[row][columns[side][lane]];
+                    corner.of[value][lane] = place < 0 ? 0 : places.of[value][place];
                 }
-                return result;
-            };
-            Corner<C, unknowns> corner;
-            corner.column = of(Places::column), corner.row = of(Places::row);
-            corner.share = of(Places::weight) >= constant(least_weight) ? one : none;
-            if constexpr (unknowns == Places::on_surfaces) {
-                const auto guide = [&](int plane) { return of(Places::guides + plane); };
-                corner.depth = guide(Guides::depth), corner.right = guide(Guides::depth_right), corner.down = guide(Guides::depth_down);
-                for (int k = 0; k < 3; ++k) corner.normal[k] = guide(Guides::normal_x + k), corner.albedo[k] = guide(Guides::red + k);
-                corner.coverage = guide(Guides::coverage);
-                corner.inverse_tolerance2 = one / square(depth_tolerance(likeness, absolute(corner.right), absolute(corner.down)));
             }
-            for (int c = 0; c < C; ++c) {
-                for (int u = 0; u < unknowns; ++u) corner.light[c][u] = of(Places::light_of(c, u));
-                corner.low[c] = of(Places::low + c), corner.high[c] = of(Places::high + c);
-            }
-            if (is_noisy) corner.detail = of(Places::detail), corner.noise = of(Places::noise);
-            return corner;
+            const F right = corner.of[Places::guide(Guides::depth_right)], down = corner.of[Places::guide(Guides::depth_down)];
+            corner.inverse_tolerance2 = one / square(depth_tolerance(likeness, absolute(right), absolute(down)));
         };
-        Corner<C, unknowns> corners[2][2] = {{}, {corner_of(0, before), corner_of(0, after)}};
+        Corner corners[2][2];
+        find(0, 0, corners[1][0]), find(0, 1, corners[1][1]);
         for (int row = 0; row == 0 || row + 1 < grid.rows; ++row) {
             const int below = row + 1 < grid.rows ? row + 1 : row;
             corners[0][0] = corners[1][0], corners[0][1] = corners[1][1];
-            corners[1][0] = corner_of(below, before), corners[1][1] = corner_of(below, after);
+            find(below, 0, corners[1][0]), find(below, 1, corners[1][1]);
             const int begin = grid.row[row], end = below + 1 < grid.rows ? grid.row[below] : pixels.height;
             for (int y = begin; y < end; ++y) {
                 const F down = constant(below > row ? static_cast<float>(y - begin) / static_cast<float>(grid.row[below] - begin) : 0);
                 const auto guide = [&](int plane) { return load<F>(pixels.guides[plane] + static_cast<std::size_t>(y) * pixels.guides_stride + left); };
-                F depth, normal[3], albedo[3], coverage;
-                if constexpr (unknowns == Places::on_surfaces) {
-                    depth = guide(Guides::depth), coverage = guide(Guides::coverage);
-                    for (int k = 0; k < 3; ++k) normal[k] = guide(Guides::normal_x + k), albedo[k] = guide(Guides::red + k);
-                }
-                F weights{}, light[C]{}, detail{}, noise{};
+                F weights{}, light[3]{}, detail{}, noise{};
                 BOB_KEEP_LOOP
                 for (int i = 0; i < 4; ++i) {
-                    const Corner<C, unknowns>& corner = corners[i / 2][i % 2];
-                    const F x = constant(static_cast<float>(pixels.left + left)) + to_floats(lane_numbers());
-                    const F dx = x - corner.column, dy = constant(static_cast<float>(pixels.top + y)) - corner.row;
+                    const Corner& corner = corners[i / 2][i % 2];
+                    const auto of = [&](int value) { return corner.of[value]; };
+                    const F dx = x - of(Places::column), dy = constant(static_cast<float>(pixels.top + y)) - of(Places::row);
                     F unknown[unknowns] = {one, dx, dy};
-                    F weight = corner.share * (i / 2 ? down : one - down) * (i % 2 ? along : one - along);
+                    F weight = (i / 2 ? down : one - down) * (i % 2 ? along : one - along);
                     if constexpr (unknowns == Places::on_surfaces) {
-                        const F off_plane = depth - fma(corner.right, dx, fma(corner.down, dy, corner.depth));
-                        F tint[3];
-                        for (int k = 0; k < 3; ++k) unknown[3 + k] = normal[k] - corner.normal[k], tint[k] = albedo[k] - corner.albedo[k];
-                        const F tilt[] = {unknown[3], unknown[4], unknown[5]};
-                        const F unlike = unlikeness(likeness, tilt, off_plane, corner.inverse_tolerance2, fma(dx, dx, dy * dy), tint,
-                                                    coverage - corner.coverage, [](F a, F b, F c) { return fma(a, b, c); });
-                        weight *= likeness_of(unlike);
+                        const auto differs = [&](int plane) { return guide(plane) - of(Places::guide(plane)); };
+                        const F slope = fma(of(Places::guide(Guides::depth_right)), dx, of(Places::guide(Guides::depth_down)) * dy);
+                        F tilt[3], tint[3];
+                        for (int k = 0; k < 3; ++k) unknown[3 + k] = tilt[k] = differs(Guides::normal_x + k), tint[k] = differs(Guides::red + k);
+                        weight *= likeness_of(unlikeness(likeness, tilt, differs(Guides::depth) - slope, corner.inverse_tolerance2, fma(dx, dx, dy * dy),
+                                                         tint, differs(Guides::coverage), [](F a, F b, F c) { return fma(a, b, c); }));
                     }
+                    weight = of(Places::weight) >= constant(least_weight) ? weight : none;
                     weights += weight;
-                    for (int c = 0; c < C; ++c) {
-                        F value = corner.light[c][0];
-                        for (int u = 1; u < unknowns; ++u) value = fma(corner.light[c][u], unknown[u], value);
-                        value = max(min(value, corner.high[c]), corner.low[c]);
+                    BOB_KEEP_LOOP
+                    for (int c = 0; c < components; ++c) {
+                        F value = of(Places::light_of(c, 0));
+                        BOB_UNROLL
+                        for (int u = 1; u < unknowns; ++u) value = fma(of(Places::light_of(c, u)), unknown[u], value);
+                        value = max(min(value, of(Places::high + c)), of(Places::low + c));
                         light[c] += weight > none ? weight * value : none;
                     }
-                    if (is_noisy) detail = fma(weight, corner.detail, detail), noise = fma(weight, corner.noise, noise);
+                    if (is_noisy) detail = fma(weight, of(Places::detail), detail), noise = fma(weight, of(Places::noise), noise);
                 }
                 const F inverse = one / max(weights, constant(1e-30f));
                 const auto at = static_cast<std::size_t>(y) * pixels.output_stride + static_cast<std::size_t>(left);
-                for (int c = 0; c < C; ++c) store(pixels.light[c] + at, light[c] * inverse);
+                for (int c = 0; c < components; ++c) store(pixels.light[c] + at, light[c] * inverse);
                 store(pixels.weight + at, weights);
                 if (is_noisy) store(pixels.detail + at, detail * inverse), store(pixels.noise + at, noise * inverse);
             }
@@ -254,8 +238,7 @@ void blend(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLiken
 
 }  // namespace
 
-const GuidedKernels guided_kernels = {{fit<1, Places::on_surfaces>, blend<1, Places::on_surfaces>},
-                                      {fit<3, Places::on_surfaces>, blend<3, Places::on_surfaces>},
-                                      {fit<1, Places::on_plane>, blend<1, Places::on_plane>}};
+const GuidedKernels guided_kernels = {fit<1, Places::on_surfaces>, fit<3, Places::on_surfaces>, fit<1, Places::on_plane>, blend<Places::on_surfaces>,
+                                      blend<Places::on_plane>};
 
 }  // namespace bob::BOB_ISA

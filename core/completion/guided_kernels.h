@@ -39,12 +39,13 @@ struct GuidedPlaces {
         reach,
         sharpness,                   // offset of squared distances
         guides,                      // Guides::Plane; not read on planes
-        light = guides + Guides::count,  // components of the linear functions of the unknowns, relative to the place
+        light = guides + static_cast<int>(Guides::count),  // components of the linear functions of the unknowns, relative to the place
         low = light + 3 * on_surfaces, high = low + 3,  // extremes of the samples, which limit the functions
         weight = high + 3,           // sum of the weights of samples on the same surface
         detail, noise,               // squared scatter of the samples around the fit, and its share explained by noise
         values
     };
+    static constexpr int guide(int plane) { return guides + plane; }
     static constexpr int light_of(int component, int unknown) { return light + on_surfaces * component + unknown; }
 
     int count = 0;
@@ -104,16 +105,17 @@ template <class T>
 }
 
 struct GuidedKernels {
-    struct Kernels {
-        /// Fits every place to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
-        void (*fit)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
-                    GuidedPlaces& places, bool is_noisy);
-        /// Blends the functions of the places around each pixel, by nearness and likeness.
-        void (*blend)(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, bool is_noisy);
-    };
-    Kernels gray, color;
+    /// Fits every place to every `step`-th sample of each range. `is_noisy` also requests detail and noise.
+    using Fit = void(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+                     GuidedPlaces& places, bool is_noisy);
+    /// Blends the functions of the places around each pixel, by nearness and likeness.
+    using Blend = void(const GuidedPlaces& places, const GuidedGrid& grid, const GuidedLikeness& likeness, const GuidedPixels& pixels, int components,
+                       bool is_noisy);
+
+    Fit *fit_gray, *fit_color;
     /// Gray where all samples and places are on one plane.
-    Kernels plane;
+    Fit* fit_plane;
+    Blend *blend_surfaces, *blend_plane;
 };
 
 BOB_DECLARE_KERNELS(GuidedKernels, guided_kernels)
