@@ -73,17 +73,29 @@ def test_obj_materials_are_instances_of_their_names(tmp_path: Path) -> None:
     file = obj(
         tmp_path, mtl, "f 1 2 3\nusemtl red one\nf 1 3 4\nusemtl metal\nf 2 3 4\nf 1 2 4\nusemtl unknown\nf 3 4 1\n"
     )
-    scene = bob.load(file)
+    scene, warned = told(file)
+    assert warned == ["a.obj: material 'unknown' was left out: expected a newmtl in the libraries, got none"]
     plain, red, metal = scene.instances
     assert [i.shape.counts()["triangle"] for i in scene.instances] == [2, 1, 2]
     assert [i.name for i in scene.instances] == ["a.obj", "red one", "metal"]
     assert plain.material == bob.Material()
     assert red.material == bob.Material((float(from_srgb(0.5)), 0, 0), specular=0)
     assert metal.material == bob.Material(metallic=1, roughness=0.25, emissive=(0, 0, float(from_srgb(0.5))))
-    whole = bob.load_mesh(file)
+    with pytest.warns(bob.InputWarning, match="'unknown'"):
+        whole = bob.load_mesh(file)
     assert whole.face_colors is not None
     assert np.allclose(whole.face_colors[:, 1], [1, 0, 1, 1, 1])
     assert np.allclose(whole.face_colors[1], (from_srgb(0.5), 0, 0))
+
+
+def test_colors_that_are_no_numbers_are_told(tmp_path: Path) -> None:
+    scene, warned = told(obj(tmp_path, "newmtl a\nKd 0,9 0,5 0\nKe spectral lamp.rfl\nKs\n"))
+    expected = "was left out: expected one or three numbers, got"
+    assert warned == [
+        f"a.obj: {what} of material 'a' {expected} '{got}'"
+        for what, got in (("Kd", "0,9 0,5 0"), ("Ke", "spectral lamp.rfl"))
+    ]
+    assert scene.instances[0].material == bob.Material()
 
 
 def test_obj_is_as_smooth_where_materials_meet(tmp_path: Path) -> None:
@@ -221,7 +233,7 @@ def test_pictures_of_a_file_have_a_limit_together(tmp_path: Path, monkeypatch: p
     assert len(scene.instances) == 3
     assert warned == []
 
-    mtl = "".join(f"newmtl {i}\nmap_Kd copy0.png\nmap_d {i}.png\n" for i in (1, 2))
+    mtl = "newmtl 0\n" + "".join(f"newmtl {i}\nmap_Kd copy0.png\nmap_d {i}.png\n" for i in (1, 2))
     _, warned = told(obj(tmp_path, mtl, face))
     assert len(warned) == 2  # one picture and one mask fit, but not the two combined
     assert warned[0].startswith("a.obj: the mask of 1 was left out: expected textures of at most 8 texels in all")

@@ -908,11 +908,12 @@ def test_obj_with_materials_and_textures(read, texture, tmp_path, normals):
     file.write_text(f"mtllib a library.mtl\n{normals}{SQUARE}f 1 2 4\n{body}f 1/2 2/9 4\nf 1/1 2/2 -1/-1\n")
     found = same_with(read, file, [texture, library])
     assert sorted(found["names"]) == ["a.obj", "clamped", "laid on", "metal", "plain"]
+    assert len(found["warnings"]) == 1  # of the unknown material
     library.write_text(LIBRARY)  # whose paths the page does not need
     assert read(file, beside=[library, texture])["color"] == pytest.approx(found["color"])
     texture.unlink()
     found = same_with(read, file, [library])
-    assert len(found["warnings"]) == 2  # by two names
+    assert len(found["warnings"]) == 3  # of the texture by two names
     library.unlink()
     assert len(same_with(read, file, [])["warnings"]) == 1
 

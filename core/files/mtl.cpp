@@ -30,13 +30,17 @@ std::string_view statement(const Statements& of, std::string_view name) {
 
 double unit(std::optional<double> value, double otherwise) { return value ? std::clamp(*value, 0., 1.) : otherwise; }
 
-/// Linear RGB of a statement's sRGB, which has three numbers or one.
-std::array<double, 3> color(std::string_view text, double otherwise) {
+/// Linear RGB of a statement's sRGB, which has three numbers or one; null if it has other words.
+std::optional<std::array<double, 3>> color(std::string_view text, double otherwise) {
     Words words(text.substr(0, text.find('#')));
     std::array<std::string_view, 3> own{words.next(), words.next(), words.next()};
     if (own[1].empty()) own[1] = own[2] = own[0];
     std::array<double, 3> rgb;
-    for (std::size_t k = 0; k < 3; ++k) rgb[k] = linear(unit(number(own[k]), otherwise));
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto value = number(own[k]);
+        if (!value && !own[k].empty()) return std::nullopt;
+        rgb[k] = linear(unit(value, otherwise));
+    }
     return rgb;
 }
 
@@ -86,19 +90,25 @@ Map map_of(std::string_view text, std::string_view library) {
     return map;
 }
 
-MtlMaterial material_of(const Statements& of, std::string_view library) {
+MtlMaterial material_of(std::string_view own_name, const Statements& of, std::string_view library, std::vector<std::string>& warnings) {
     MtlMaterial result;
+    const auto given_color = [&](std::string_view name, double otherwise) {
+        const std::string_view text = statement(of, lower(name));
+        const auto rgb = color(text, otherwise);
+        if (!rgb) warnings.push_back(joined({name, " of material ", quoted(own_name), " was left out: expected one or three numbers, got ", quoted(text)}));
+        return rgb.value_or(std::array{otherwise, otherwise, otherwise});
+    };
     Material& material = result.reflecting;
     result.color = map_of(statement(of, "map_kd"), library), result.mask = map_of(statement(of, "map_d"), library);
-    std::ranges::copy(color(statement(of, "kd"), 1), material.color);
-    std::ranges::copy(color(statement(of, "ke"), 0), material.emissive);
+    std::ranges::copy(given_color("Kd", 1), material.color);
+    std::ranges::copy(given_color("Ke", 0), material.emissive);
     const auto first = [&](std::string_view name) { return number(Words(statement(of, name)).next()); };
     if (of.contains("pm") || of.contains("pr")) {
         material.metallic = unit(first("pm"), 0), material.roughness = unit(first("pr"), 0.5);
         return result;
     }
     // Highlights of full strength are common in files and wash colours out: Ks scales the one that surfaces have here.
-    material.specular = 0.2 * std::ranges::max(color(statement(of, "ks"), 1));
+    material.specular = 0.2 * std::ranges::max(given_color("Ks", 1));
     const double exponent = first("ns").value_or(0);
     material.shininess = exponent >= 1 ? std::min(exponent, 10'000.) : 32;
     return result;
@@ -148,7 +158,7 @@ MtlMaterials read_mtl(const std::vector<std::string>& lines, Beside& beside, std
         Statements of;
         std::optional<std::string> material;
         const auto end_material = [&] {
-            if (material) materials.insert_or_assign(*material, material_of(of, name));
+            if (material) materials.insert_or_assign(*material, material_of(*material, of, name, warnings));
             of.clear();
         };
         for (Lines text(read); text.next();) {

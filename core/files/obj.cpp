@@ -7,6 +7,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/counts.h"
 #include "base/interruption.h"
 #include "files/colors.h"
 #include "files/mtl.h"
@@ -153,17 +154,23 @@ public:
         whole.uv.push_back(picked(places_, 2, vertices_.numbers(1)));
         contents.parts = split(whole, groups, names_.size());
         std::unordered_map<std::string, int> images;
+        std::vector<std::string> unknown;
         for (std::size_t i = 0; i < names_.size(); ++i) {
             contents.parts[i].runs = std::move(named[i].runs);
             const auto found = materials.find(names_[i]);
             if (found == materials.end() || contents.parts[i].triangles.empty()) {
                 contents.parts[i].uv.clear();
+                if (i > 0 && found == materials.end()) unknown.push_back(names_[i]);
             } else {
                 contents.parts[i].surface = static_cast<int>(contents.surfaces.size());
                 contents.surfaces.push_back(surface(found->first, found->second, images, contents, contents.parts[i]));
             }
         }
         std::erase_if(contents.parts, [](const Part& part) { return part.triangles.empty(); });
+        if (!unknown.empty()) {
+            const std::string further = unknown.size() > 1 ? joined({" and ", grouped(unknown.size() - 1), " more were"}) : " was";
+            contents.warnings.push_back(joined({"material ", quoted(unknown[0]), further, " left out: expected a newmtl in the libraries, got none"}));
+        }
         return contents;
     }
 
