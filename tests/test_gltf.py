@@ -324,7 +324,7 @@ def test_morphed_texture_coordinates_are_transformed(tmp_path: Path) -> None:
     made = Gltf(TEXCOORD_0=np.zeros((4, 2), "<f4"))
     made.primitive |= {"material": 0, "targets": [{"TEXCOORD_0": made.add(np.array([[0.5, 0.25]] * 4, "<f4"))}]}
     made.mesh["weights"] = [1]
-    texture = {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 1]}}}
+    texture: dict[str, Any] = {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 1]}}}
     made.more = {
         "images": [{"uri": "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()}],
         "textures": [{"source": 0}],
@@ -333,6 +333,10 @@ def test_morphed_texture_coordinates_are_transformed(tmp_path: Path) -> None:
     uv = made.loaded(tmp_path).uv
     assert uv is not None
     assert np.allclose(uv, (1, 0.25))
+
+    texture["texCoord"] = 3
+    with pytest.warns(bob.InputWarning, match=r"not shown: textures without TEXCOORD_3$"):
+        assert made.loaded(tmp_path).uv is None
 
 
 def test_skins(tmp_path: Path) -> None:

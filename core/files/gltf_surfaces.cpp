@@ -175,7 +175,9 @@ Layer GltfSurfaces::layer(JsonValue info, std::vector<UvSet>& sets, const std::f
     Layer result;
     const UvSet wanted = uv_set(info);
     const bool is_placed = has(wanted.texcoord);
-    if (!info["index"] || !(is_placed || has_mean)) return result;
+    if (!info["index"]) return result;
+    if (!is_placed) not_shown_.add("textures without TEXCOORD_" + std::to_string(wanted.texcoord));
+    if (!is_placed && !has_mean) return result;
     result.image = image(info);
     if (result.image < 0) return result;
     const JsonValue sampler = data_.item("samplers", data_.item("textures", info["index"])["sampler"]);
