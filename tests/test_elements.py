@@ -124,6 +124,26 @@ def test_formulas_and_meshes_share_workers(shown):
     assert_shows(page, "formula", bob.load(VIEWER / "gallery/csg.sdf"))
 
 
+def test_an_element_says_so_where_its_workers_end_while_they_open_a_scene(shown, headers):
+    """They also have the scene before."""
+    page = shown(elements(1), headers)
+    page.evaluate(CONVERGED)
+    page.evaluate("""async () => {
+      window.errors = [];
+      v0.addEventListener("error", ({ detail }) => errors.push(detail.message));
+      v0.src = "1.glb";
+      while (!v0.viewing.isOpening) await undefined;
+      for (const worker of alive) {
+        worker.terminate();
+        worker.dispatchEvent(new ErrorEvent("error", { message: "it ended" }));
+      }
+    }""")
+    page.wait_for_selector("#v0:not([aria-busy])")
+    assert page.evaluate("() => errors") == ["it ended"]
+    page.evaluate("async () => { v0.src = '2.glb'; await v0.converged(); }")
+    assert_shows(page, "v0", wedge(3))
+
+
 def test_the_element_that_is_moved_comes_first(shown):
     page = shown(elements(40, "camera-controls"))
     page.wait_for_function("() => loads.includes('v0')")

@@ -1107,6 +1107,58 @@ def test_what_has_y_up_is_turned(page, viewer, tmp_path):
     assert_equal_pictures(page.exact(), expected(scene))
 
 
+# Ends workers of the displayed scene while another one of the gallery is being opened.
+END_WHILE_OPENING = """([kind, file]) => {
+  const gallery = document.querySelector("#gallery"), known = workers.filter(({ file }) => file.endsWith(`${kind}.js`));
+  const ending = kind === "tracer" ? known.filter(({ leads, helps }) => leads || helps) : known;
+  gallery.value = file;
+  gallery.dispatchEvent(new Event("change"));
+  for (const worker of ending) {
+    worker.terminate();
+    worker.dispatchEvent(new ErrorEvent("error", { message: "it ended" }));
+  }
+}"""
+
+
+def test_a_scene_is_opened_where_the_workers_of_the_last_one_end(tabs, viewer):
+    page = Page(tabs, viewer.url + SIZE + "&workers=2#scene=csg.sdf", WORKERS)
+    page.exact()
+    page.tab.evaluate(END_WHILE_OPENING, ["tracer", "gyroid.bob"])
+    page.opened()
+    assert page.text("#message") == ""
+    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "gyroid.bob")))
+    page.close()
+
+
+def test_a_page_says_so_where_no_worker_completes_the_picture_of_a_coming_scene(tabs, viewer):
+    page = Page(tabs, viewer.url + SIZE + "&workers=2#scene=csg.sdf", WORKERS)
+    page.exact()
+    page.tab.evaluate(END_WHILE_OPENING, ["completing", "gyroid.bob"])
+    page.opened()
+    assert page.text("#message") == "it ended"
+    assert page.text("#gallery option:checked") == "Ball, box and cylinders"
+    page.choose("gyroid.bob")
+    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "gyroid.bob")))
+    page.close()
+
+
+def test_the_failure_of_a_scene_that_was_given_up_does_not_end_the_next(page):
+    """Tracers keep the scenes of several elements."""
+    warnings = page.tab.evaluate("""
+        async () => {
+          const part = (path) => import(new URL(path, location.href));
+          const [{ compileCore }, { Pool }] = await Promise.all(["core/compile.js", "workers/pool.js"].map(part));
+          const pool = new Pool(1, compileCore(), { postMessage() {} }, () => {}, () => {});
+          const scene = (source) => ({ shapes: [{ kind: "script", source }], instances: [{ shape: 0 }] });
+          pool.open(1, scene("sphere(")).catch(() => {});
+          const warnings = await pool.open(2, scene("sphere(1)"));
+          pool.end();
+          return warnings;
+        }
+    """)
+    assert warnings == []
+
+
 BROKEN = {
     "broken.bob": b"no scene",
     "empty.sdf": b"",

@@ -212,13 +212,16 @@ export class Viewing {
     this.#waiting.shift()?.(buffers);
   }
 
-  /** @param {string} message */
+  /** The workers failed; so did a scene that they were opening. @param {string} message */
   fail(message) {
+    const coming = this.#coming;
+    this.#coming = undefined;
     this.isBroken = true;
     this.stop();
     this.#answer();
     this.#isPictured();
-    this.#told.failed(message);
+    if (coming) coming.reject(new Error(message));
+    else this.#told.failed(message);
   }
 
   // ---- Scenes --------------------------------------------------------------------------------------------

@@ -246,10 +246,10 @@ class Crew {
     return pool;
   }
 
-  /** The last tracer has failed. @param {string} message */
+  /** The last tracer has failed. A scene that is being opened replaces its scene, or fails by itself. @param {string} message */
   #lost(message) {
     const holder = this.#holder;
-    if (!holder) return;
+    if (!holder || this.#pools.coming) return;
     holder.fail(message);
     this.rest(holder);
   }

@@ -304,8 +304,9 @@ export class Pool {
       }
       if (reply.edition === this.#asked) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
-      if (reply.edition !== undefined) tracer.pending.delete(reply.edition);
-      this.#failed(tracer, reply.message, reply.broken);
+      const { edition = this.#asked, message, broken } = reply;
+      tracer.pending.delete(edition);
+      if (edition === this.#asked || broken) this.#failed(tracer, message, broken); // else a scene that was given up
     }
   }
 
