@@ -1375,14 +1375,18 @@ DAMAGED = "link: expected a script as this page packs it, got a damaged one; was
         ("?scene=files/100%25.bob", "/files/100%.bob, got 404 Not Found; check the address"),
         ("?scene=http://[", "scene: expected a file of http://127.0.0.1:"),
         ("?scene=http://example.com/a.bob", "scene: expected a file of http://127.0.0.1:"),
+        ("#camera=1_2", "camera: expected 7 numbers, azimuth_elevation_roll_zoom_panX_panY_fov, got 1_2"),
+        ("#scene=csg.sdf&camera=1_2_3_4_5_6_x", "camera: expected 7 numbers, azimuth_elevation_roll_zoom_panX_panY_"),
+        ("?scene=gallery/csg.sdf#camera=1_2_3__5_6_7", "got 1_2_3__5_6_7"),
     ],
-    ids=range(9),
+    ids=range(12),
 )
 def test_a_damaged_link_is_told(shared, viewer, address, message):
     shared.visit(viewer.url + address)
     shared.opened()
     assert message in shared.text("#message")
     assert shared.text("#message").count("\n") == 0
+    assert shared.camera() == bob.Camera()
     shared.wrong[:] = [text for text in shared.wrong if "404" not in text]
 
 

@@ -4,8 +4,9 @@ import { FIELDS, valid } from "../picture/camera.js";
 
 /**
  * @typedef {import("../picture/camera.js").Camera} Camera
- * @typedef {{gallery?: string, script?: string, camera?: Camera, light?: string}} State
- *   gallery: the file of a built-in scene; script: the text of any other scene; light: if it is not the headlight
+ * @typedef {{gallery?: string, script?: string, camera?: Camera, light?: string, wrong?: string}} State
+ *   gallery: the file of a built-in scene; script: the text of any other scene; light: if it is not the headlight; wrong: a
+ *   sentence about a value that is left out
  */
 
 /** Maximum bytes of a script, as in the core. A link of 1 MB may unpack to a thousand times its size. */
@@ -35,13 +36,14 @@ export async function toFragment({ gallery, script, camera, light }) {
  * @throws {Error} of one sentence, if its script is damaged or too long
  */
 export async function fromFragment(fragment) {
-  const values = new URLSearchParams(fragment.replace(/^#/, ""));
-  const numbers = (values.get("camera") ?? "").split("_").map(Number);
-  const given = FIELDS.map((name, i) => [name, numbers[i]]);
-  const camera = numbers.length === FIELDS.length && numbers.every(Number.isFinite) ? valid(Object.fromEntries(given)) : undefined;
+  const values = new URLSearchParams(fragment.replace(/^#/, "")), of = values.get("camera");
+  const texts = (of ?? "").split("_"), given = FIELDS.map((name, i) => [name, Number(texts[i])]);
+  const isRight = texts.length === FIELDS.length && texts.every((text) => text !== "" && Number.isFinite(Number(text)));
+  const camera = isRight ? valid(Object.fromEntries(given)) : undefined;
+  const wrong = of === null || isRight ? undefined : `camera: expected ${FIELDS.length} numbers, ${FIELDS.join("_")}, got ${of.slice(0, 100)}`;
   const packed = values.get("script"), light = values.get("light") ?? undefined;
-  if (packed === null) return { gallery: values.get("scene") ?? undefined, camera, light };
-  return { script: await unpacked(packed), camera, light };
+  if (packed === null) return { gallery: values.get("scene") ?? undefined, camera, light, wrong };
+  return { script: await unpacked(packed), camera, light, wrong };
 }
 
 /** @param {string} packed @returns {Promise<string>} the script */

@@ -310,12 +310,12 @@ copy.addEventListener("click", async () => {
 /**
  * Opens the scene and the camera in the page's fragment.
  *
- * @returns {Promise<boolean>} whether there is a scene in it
+ * @param {() => Promise<void>} [open] opens another scene, if there is none in it
  * @throws {Error} of one sentence, if it is damaged
  */
-async function follow() {
+async function follow(open) {
   const { hash } = location, linked = await fromFragment(hash);
-  if (hash !== location.hash) return true; // another link is followed meanwhile
+  if (hash !== location.hash) return; // another link is followed meanwhile
   if (linked.camera) look(linked.camera);
   lighting.light = linked.light ?? usualLight;
   if (linked.script !== undefined) {
@@ -324,25 +324,23 @@ async function follow() {
   } else if (linked.gallery) {
     await opening.builtIn(linked.gallery);
   } else {
-    return false;
+    await open?.();
   }
-  return true;
+  if (linked.wrong) message.textContent = linked.wrong;
 }
 
 /** Opens the scene in the address, or the gallery's first. */
 async function start() {
   await fillGallery();
-  const { reloaded } = kept, address = query.get("scene");
+  const { reloaded } = kept, address = query.get("scene"), openFirst = () => opening.builtIn(state.gallery[0].file);
   offerEdited();
   try {
-    if (reloaded !== null && kept.script(reloaded) !== undefined) return await openEdited(reloaded);
-    if (await follow()) return;
-    if (address !== null) return await openAddress(address);
+    if (reloaded !== null && kept.script(reloaded) !== undefined) await openEdited(reloaded);
+    else await follow(() => (address === null ? openFirst() : openAddress(address)));
   } catch (error) {
-    await opening.builtIn(state.gallery[0].file);
+    await openFirst();
     throw error;
   }
-  await opening.builtIn(state.gallery[0].file);
 }
 
 /** @param {string} address of a file of this server @throws {Error} of one sentence, if it is of another one */
@@ -359,12 +357,12 @@ async function openAddress(address) {
 const tell = (error) => (message.textContent = error.message);
 
 addEventListener("hashchange", () => {
-  page.started = follow().then(() => {}, tell);
+  page.started = follow().catch(tell);
 });
 
 /** The page's state, for tests and measurements. */
 export const page = {
-  statistics, started: start().then(() => {}, tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
+  statistics, started: start().catch(tell), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
   camera: () => picture.camera, schedule,
 };
 Object.assign(window, { bobrossnet: page });
