@@ -10,7 +10,7 @@ export class Statistics {
   fraction = 0;
   /** Fraction of the resting picture's pixels that were traced since the last change; 1 only if it is exact. */
   progress = 0;
-  /** Milliseconds of the network, on `backend`. */
+  /** Milliseconds of the network, on `backend`; 0 without one: exact pictures and lit ones need none. */
   completing = 0;
   /** The network's name. @type {import("../picture/planner.js").Model} */
   model = "default";

@@ -31,7 +31,7 @@ function textsOf({ fraction, raysPerSecond, completing, backend, exact, isSmooth
   return {
     fraction: exact ? `100 %, ${isSmoothed ? "smoothed" : "exact"}` : enlarged ? `${share} of ${enlarged}, enlarged` : share,
     rays: raysPerSecond >= 1e6 ? `${(raysPerSecond / 1e6).toFixed(2)} M` : `${Math.round(raysPerSecond / 1000)} k`,
-    network: `${completing.toFixed(0)} ms${backend === "gpu" ? ", GPU" : ""}`,
+    network: completing > 0 ? `${completing.toFixed(0)} ms${backend === "gpu" ? ", GPU" : ""}` : "–",
     rate: framesPerSecond > 1 ? String(framesPerSecond) : "at rest",
   };
 }

@@ -31,7 +31,7 @@
  *   backend: "wasm" | "gpu", model: Model, wanted: Model, error: number, expected: number
  * }} Picture
  *   batch: its newest batch; model: the network that completed it; wanted: the network requested; traced: number of
- *   pixels; isSmoothed: whether all edges are smoothed; isLined: whether it has all lines; completing: milliseconds of the network, on `backend`; total: milliseconds of this worker; error: mean of
+ *   pixels; isSmoothed: whether all edges are smoothed; isLined: whether it has all lines; completing: milliseconds of the network, on `backend`, 0 without one; total: milliseconds of this worker; error: mean of
  *   |first - image| of an exact picture, else NaN; expected: predicted mean error of the image if displayed, else NaN
  * @typedef {{
  *   height: number, width: number, planes: Float32Array, known: Float32Array, image: Float32Array, first: Float32Array
@@ -281,7 +281,7 @@ async function gatherLight(part, tracer) {
   view = undefined;
   lit = { ...part, covered: part.covered ?? covered };
   picture = {
-    batch, bitmap: await lightPainted(lit), expected: NaN, traced, isSmoothed: isLast, isLined: isLast, completing: milliseconds,
+    batch, bitmap: await lightPainted(lit), expected: NaN, traced, isSmoothed: isLast, isLined: isLast, completing: 0,
     total: milliseconds + performance.now() - begun, backend: "wasm", model: standIn, wanted: standIn, error: NaN,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
