@@ -176,8 +176,31 @@ def test_the_final_picture_is_of_the_newest_scene(shown, folder):
     assert len(reasons) == 6
     assert all("404" in reason for reason in reasons[:4])
     assert reasons[4:] == ["src: expected an address, got http://["] * 2
-    page.evaluate("() => { document.querySelector('bob-view').src = null; }")  # the displayed scene stays
-    assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+
+
+def test_without_an_address_the_picture_is_empty(shown, folder):
+    """As in <model-viewer>; also while a scene is being opened."""
+    page = shown('src="gear.sdf" samples="1" poster="poster.svg"', COUNT_WORKERS)
+    exact(page)
+    for src in ("gear.sdf", "wedge.glb"):
+        page.evaluate(
+            """async (src) => {
+          const view = document.querySelector("bob-view");
+          view.src = src;
+          view.src = null;
+          while (view.ariaBusy) await new Promise(requestAnimationFrame);
+        }""",
+            src,
+        )
+        assert not pixels(page).any()
+        assert page.is_visible("bob-view >> [part=poster]")
+        assert page.evaluate("() => document.querySelector('bob-view').about()") is None
+        page.evaluate("() => { document.querySelector('bob-view').src = 'wedge.glb'; }")
+        assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+        assert page.is_hidden("bob-view >> [part=poster]")
+    page.evaluate("() => document.querySelector('bob-view').removeAttribute('src')")
+    page.wait_for_function("() => alive.size === 0")
+    assert page.evaluate("() => told.filter(({ type }) => type === 'error')") == []
 
 
 def test_a_scene_from_bytes_moves_with_its_element(shown, folder):

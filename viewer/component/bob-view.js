@@ -7,7 +7,7 @@
  *
  * | attribute | |
  * |---|---|
- * | `src` | a scene's address; its suffix determines the format |
+ * | `src` | a scene's address; its suffix determines the format; without it, the picture is empty |
  * | `alt` | text alternative |
  * | `poster` | the address of a picture until the first one is traced |
  * | `reveal` | "manual" keeps the poster until `dismissPoster()` |
@@ -242,7 +242,7 @@ class BobViewElement extends Parent {
     if (name === "src") {
       if (!this.#viewing) this.#source = undefined; // opened when it is connected
       else if (value !== null) this.#open();
-      else this.#await(Promise.resolve()); // the displayed scene stays
+      else this.#close();
     } else if (name === "camera-orbit") {
       const camera = fromCameraOrbit(value);
       if (camera) this.#look(camera, "none");
@@ -608,14 +608,28 @@ class BobViewElement extends Parent {
     }
   }
 
+  /** Shows nothing: the address was removed. */
+  #close() {
+    this.#source = undefined;
+    this.#await(Promise.resolve());
+    this.viewing.close();
+    this.ariaBusy = null;
+    this.begun();
+    this.#spots?.show(this.camera); // nowhere
+    this.#canvas.width = this.#canvas.height = 1;
+    this.#context.transferFromImageBitmap(null);
+    this.#poster.hidden = !this.hasAttribute("poster");
+    this.#showBehind();
+  }
+
   /** Called for each new scene. */
   begun() {
     this.#isNew = true;
     this.#motion.pivot = null;
     this.#spots?.clear();
-    this.#parts?.clear();
     this.#handles?.ask();
     this.#marker?.clear();
+    this.#parts?.clear();
     this.#cut({ hidden: [], highlighted: [] });
     if (this.#wrongIn === "src") this.#wrong.hidden = true;
   }

@@ -412,15 +412,22 @@ export class Viewing {
     });
   }
 
-  /** Scenes being opened are given up. */
-  end() {
-    this.isSeen = false;
+  /** Forgets its scene; one being opened is given up. */
+  close() {
     this.#coming?.resolve(null);
     this.#coming = this.#scene = undefined;
+    this.hasPicture = this.isSceneLit = false;
+    this.statistics.change();
+    this.#chooseLights();
     this.stop();
     this.#answer();
     this.#isPictured();
     crew.leave(this);
+  }
+
+  end() {
+    this.isSeen = false;
+    this.close();
   }
 }
 
