@@ -291,6 +291,29 @@ def test_parts_of_a_mesh_are_hidden_and_come_back(shown, host, folder):
     assert told == "part: expected one of the 4 parts, such as unnamed, housing, housing/bolt, lid, got 'bolts'"
 
 
+def test_hidden_parts_stay_hidden_where_an_element_moves(shown, host, folder):
+    """In the document; another scene, or another side up, has other parts."""
+    scene = bob.load(folder / "machine.obj")
+    page = shown('src="machine.obj"', host)
+    move = f"""async (change) => {{
+      const view = {VIEW}, place = document.body.appendChild(document.createElement("div"));
+      view.remove();
+      Object.assign(view, change);
+      place.append(view);
+      await view.converged();
+      return (await view.parts()).children.filter(({{ isHidden }}) => isHidden).map(({{ name }}) => name);
+    }}"""
+    page.evaluate(f"() => {VIEW}.hide('lid')")
+    for change in ({}, {"snap": "5"}):
+        assert page.evaluate(move, change) == ["lid"]
+        assert_shows(page, without(scene, "lid"))
+    page.evaluate(f"() => {VIEW}.unhide('lid')")
+    assert_shows(page, scene)
+    page.evaluate(f"() => {VIEW}.hide('lid')")
+    assert page.evaluate(move, {"up": "y"}) == []
+    assert_shows(page, scene.turned_upright(), bob.Camera(azimuth=300))  # its front
+
+
 def test_other_shapes_are_hidden_and_highlighted(shown):
     page = shown('src="nested.bob" section="x=10"')
     page.evaluate(f"() => {VIEW}.hide('ball')")

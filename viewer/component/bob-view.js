@@ -155,6 +155,8 @@ class BobViewElement extends Parent {
   #refines = true; // without such pictures
   /** The open scene's name and source. @type {[string, Blob | string] | undefined} */
   #source;
+  /** The source of the displayed scene. @type {[string, Blob | string] | undefined} */
+  #begun;
   /** Resolves once the scene asked for last is displayed; rejected if it cannot be. @type {Promise<void>} */
   #displayed = Promise.resolve();
   #isRevealed = false; // by dismissPoster()
@@ -205,7 +207,7 @@ class BobViewElement extends Parent {
     this.#addSpots();
     this.#sight.begin();
     this.#see();
-    if (this.#source) this.#read(...this.#source);
+    if (this.#source) this.#read(this.#source);
     else if (this.src !== null) this.#open();
   }
 
@@ -252,7 +254,8 @@ class BobViewElement extends Parent {
     } else if (LIMITS.includes(name)) {
       this.#look({}, "none");
     } else if (name === "up" || name === "orientation") {
-      if (this.#source && this.#viewing) this.#read(...this.#source);
+      if (this.#source) this.#source = [...this.#source]; // another scene: its parts may have another sequence
+      if (this.#source && this.#viewing) this.#read(this.#source);
     } else if (name === "poster") {
       this.#poster.src = value ?? "";
       this.#poster.hidden = value === null || (this.#canvas.width > 1 && !this.#isCovered);
@@ -337,7 +340,7 @@ class BobViewElement extends Parent {
    * @returns {Promise<void>} resolved once its first picture has begun, or after an "error" event
    */
   open(name, source) {
-    return this.#read(name, source);
+    return this.#read([name, source]);
   }
 
   /**
@@ -567,7 +570,7 @@ class BobViewElement extends Parent {
 
   #open() {
     const address = this.#address;
-    if (address) return this.#read(fileName(address), address.href);
+    if (address) return this.#read([fileName(address), address.href]);
     const message = `src: expected an address, got ${this.src?.slice(0, 100)}`;
     this.#await(Promise.reject(new Error(message)));
     // Deferred, so that the page can add listeners first.
@@ -588,9 +591,9 @@ class BobViewElement extends Parent {
     return rotationOf(name, up, orientation);
   }
 
-  /** @param {string} name @param {Blob | string} source @returns {Promise<void>} resolved once it is displayed, or after an event */
-  async #read(name, source) {
-    const { viewing } = this, asked = this.#source = /** @type {[string, Blob | string]} */ ([name, source]);
+  /** @param {[string, Blob | string]} asked a name and a source @returns {Promise<void>} resolved once it is displayed, or after an event */
+  async #read(asked) {
+    const { viewing } = this, [name, source] = this.#source = asked;
     this.ariaBusy = "true";
     const display = async () => {
       const turn = await this.#rotationOf(name);
@@ -624,13 +627,17 @@ class BobViewElement extends Parent {
 
   /** Called for each new scene. */
   begun() {
+    const isMoved = this.#source !== undefined && this.#source === this.#begun;
+    this.#begun = this.#source;
     this.#isNew = true;
     this.#motion.pivot = null;
     this.#spots?.clear();
     this.#handles?.ask();
     this.#marker?.clear();
-    this.#parts?.clear();
-    this.#cut({ hidden: [], highlighted: [] });
+    if (!isMoved) {
+      this.#parts?.clear();
+      this.#cut({ hidden: [], highlighted: [] });
+    }
     if (this.#wrongIn === "src") this.#wrong.hidden = true;
   }
 
