@@ -203,6 +203,20 @@ def test_without_an_address_the_picture_is_empty(shown, folder):
     assert page.evaluate("() => told.filter(({ type }) => type === 'error')") == []
 
 
+def test_an_element_in_another_document_says_so(shown):
+    page = shown('src="wedge.glb"')
+    exact(page)
+    page.evaluate("""() => {
+      const view = document.querySelector("bob-view"), frame = document.createElement("iframe");
+      document.body.append(frame);
+      window.reasons = [];
+      view.addEventListener("error", ({ detail }) => reasons.push(detail.message));
+      frame.contentDocument.body.append(view);
+    }""")
+    wanted = "document: expected an element that stays in its document, got one moved to another; make a new one there"
+    assert page.evaluate("() => reasons") == [wanted]
+
+
 def test_a_scene_from_bytes_moves_with_its_element(shown, folder):
     page = shown('src="gear.sdf" samples="1"')
     exact(page)

@@ -235,6 +235,11 @@ class BobViewElement extends Parent {
     this.dispatchEvent(new Event(REMOVED));
   }
 
+  adoptedCallback() {
+    if (this.ownerDocument === document) return;
+    this.#fail("document: expected an element that stays in its document, got one moved to another; make a new one there");
+  }
+
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
