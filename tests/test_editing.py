@@ -6,7 +6,7 @@ from PIL import Image
 from test_viewer import Page, assert_equal_pictures, expected
 
 import bobrossnet as bob
-from bobrossnet import _core
+from bobrossnet import _core, sdf
 
 SIZE = "?size=128x96"
 
@@ -265,6 +265,24 @@ def test_a_wrong_model_among_several_is_named(page, tmp_path):
     page.wait_until(lambda: page.text("#message").startswith("b.ply: expected a PLY"))
     page.tab.set_input_files("#file", [tmp_path / "a.stl", tmp_path / "c.step"])
     page.wait_until(lambda: "convert it: bobrossnet pack c.bob c.step" in page.text("#message"))
-    (tmp_path / "d e.sdf").write_text("sphere(1)")
-    page.tab.set_input_files("#file", [tmp_path / "a.stl", tmp_path / "d e.sdf"])
-    page.wait_until(lambda: "open one, or pack both: bobrossnet pack a.bob a.stl 'd e.sdf'" in page.text("#message"))
+
+
+@pytest.mark.parametrize("first", range(3))
+def test_files_of_all_kinds_are_opened_together(page, tmp_path, first):
+    """In one unit: that of the first file that has one, as in Python."""
+    ball, box, tall = sdf.sphere(1), sdf.box(1), sdf.box((1, 1, 3))
+    ball.mesh(0.1).save(tmp_path / "ball.stl")
+    box.translate((3, 0, 0)).save(tmp_path / "box.3mf")  # in mm
+    bob.save_scene(bob.Scene([tall.translate((0, 0.15, 0))], unit="in"), tmp_path / "tall.bob")
+    names = ["ball.stl", "box.3mf", "tall.bob"]
+    files = [tmp_path / name for name in names[first:] + names[:first]]
+    page.tab.set_input_files("#file", files)
+    page.opened()
+    with pytest.warns(bob.InputWarning, match="taken as") as told:
+        scene = bob.load(files)
+    assert page.text("#message") == str(told[0].message)
+    assert_equal_pictures(page.exact(), expected(scene))
+    assert page.tab.evaluate("async () => (await document.querySelector('#picture').about()).unit") == scene.unit
+    page.tab.check("#y-up")
+    page.opened()
+    assert_equal_pictures(page.exact(), expected(scene.turned_upright(), bob.Camera(azimuth=300)))

@@ -19,7 +19,7 @@
  *   another mode
  * @property {(message: string) => void} failed no more pictures will come, for the reason given
  */
-import { isMesh } from "../core/endings.js";
+import { isMesh, isModel } from "../core/endings.js";
 import { isThere } from "../core/parts.js";
 import { HOME } from "../picture/camera.js";
 import { crew } from "../workers/crew.js";
@@ -253,14 +253,14 @@ export class Viewing {
    * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
   read(name, source, { turn = null, beside = [] } = {}) {
-    const core = coreFor(name);
+    const core = coreFor(name), isMixed = beside.some((file) => isModel(file.name) && coreFor(file.name) !== core);
     // Resolve relative addresses against the page: the reading worker has another base.
     let bytes = typeof source === "string" ? new URL(source, document.baseURI).href : source;
     /** @type {import("../workers/reading.js").ReadFile | undefined} */
     let file;
     const prepared = () => {
       if (file) return file;
-      const mine = file = crew.read({ name, source: bytes, beside, turn }, core);
+      const mine = file = crew.read({ name, source: bytes, beside, turn }, core, isMixed);
       mine.summary.catch(() => file === mine && (file = undefined));
       return mine;
     };
@@ -271,7 +271,7 @@ export class Viewing {
       bytes = summary.bytes; // the address may be gone when the scene is opened again
       return summary;
     };
-    return this.#replace(core, open, prepared);
+    return this.#replace(isMixed ? "core" : core, open, prepared);
   }
 
   /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */

@@ -61,20 +61,24 @@ export function checkFormat(name) {
  * @param {string} name its ending gives the format
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
  * @param {Beside} [beside] files opened together with it
+ * @param {Core} [other] reads meshes if `core` does not, or all else
  * @returns {Promise<SceneDescription>} its `warnings` name the parts left out
  * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; `line` is the line of a
  *   script
  */
-export async function readFile(core, name, bytes, beside = new Beside()) {
+export async function readFile(core, name, bytes, beside = new Beside(), other) {
   const models = beside.files.filter((file) => isModel(file.name));
   for (const file of models) checkFormat(file.name);
-  const other = models.find((file) => isMesh(file.name) !== isMesh(name));
-  if (other) {
-    throw new CoreError(oneLine(`${other.name}: expected only meshes, or none, got ${name} too; open one, or pack both: ${packing(name, other.name)}`));
+  const names = [name, ...models.map((file) => file.name)], further = models.find((file) => isMesh(file.name) !== isMesh(name));
+  if (further && !other) {
+    throw new CoreError(oneLine(`${further.name}: expected only meshes, or none, got ${name} too; open one, or pack both: ${packing(name, further.name)}`));
   }
   const scenes = [await readOne(core, name, bytes, beside)];
-  for (const file of models) scenes.push(await readOne(core, file.name, await file.arrayBuffer(), beside));
-  const scene = together(scenes);
+  for (const file of models) {
+    const able = further && isMesh(file.name) !== isMesh(name) ? /** @type {Core} */ (other) : core;
+    scenes.push(await readOne(able, file.name, await file.arrayBuffer(), beside));
+  }
+  const scene = together(scenes, names.map(oneLine));
   core.made("check_instances", "instances", scene.instances.length);
   return inCanonicalOrder(core, scene);
 }

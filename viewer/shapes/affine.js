@@ -11,6 +11,9 @@ export const IDENTITY = Object.freeze([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0,
 /** Rotates y up to z up: (x, y, z) becomes (x, -z, y). @type {readonly number[]} */
 export const UPRIGHT = Object.freeze([1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1]);
 
+/** @param {number} factor @returns {number[]} */
+export const scaling = (factor) => [factor, 0, 0, 0, 0, factor, 0, 0, 0, 0, factor, 0, 0, 0, 0, 1];
+
 /** The composition: first b, then a. @param {Matrix} a @param {Matrix} b @returns {number[]} */
 export function product(a, b) {
   const result = [];

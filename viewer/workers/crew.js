@@ -358,9 +358,14 @@ class Crew {
     this.#startSpare(viewing.workers);
   }
 
-  /** @param {import("./reading.js").Source} source @param {CoreName} core that reads it @returns {import("./reading.js").ReadFile} */
-  read(source, core) {
-    return this.#reading.read(source, compiledCore(core, this.#hasExtras && core === this.#core));
+  /**
+   * @param {import("./reading.js").Source} source @param {CoreName} core that reads it
+   * @param {boolean} isMixed whether files opened together with it need the other core
+   * @returns {import("./reading.js").ReadFile}
+   */
+  read(source, core, isMixed) {
+    const compiled = (/** @type {CoreName} */ one) => compiledCore(one, this.#hasExtras && one === this.#core);
+    return this.#reading.read(source, compiled(core), isMixed ? compiled(core === "core" ? "core.mesh" : "core") : undefined);
   }
 
   /** Sets how pictures are painted. @param {import("./completing.js").Showing} showing */

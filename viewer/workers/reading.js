@@ -43,9 +43,10 @@ export class Reading {
    * Reads a file; one that is being read is given up.
    *
    * @param {Source} source @param {Promise<WebAssembly.Module>} module of the core that reads it
+   * @param {Promise<WebAssembly.Module>} [other] of a core for files opened together with it
    * @returns {ReadFile}
    */
-  read(source, module) {
+  read(source, module, other) {
     if (this.isBusy) this.end();
     this.#isLast = false;
     const worker = this.start(), { port1, port2 } = new MessageChannel();
@@ -58,7 +59,8 @@ export class Reading {
         if (data.kind === "read") resolve({ ...data.summary, bytes: data.bytes });
         else reject(new Error(data.message));
       };
-      module.then((compiled) => worker.postMessage({ kind: "read", ...source, port: port2, module: compiled }, [port2]), reject);
+      Promise.all([module, other]).then(
+        ([module, other]) => worker.postMessage({ kind: "read", ...source, port: port2, module, other }, [port2]), reject);
     });
     summary.catch(() => {}); // awaited by whoever opens the file
     const file = { port: port1, summary, share: (/** @type {MessagePort[]} */ ports) => this.#share(file, ports) };
