@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw
 import bobrossnet as bob
 from bobrossnet.color import from_8_bit, from_srgb
 from bobrossnet.command_line import cli
+from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.sheets import laid_out
 from bobrossnet.sdf import box, cylinder, sphere
 
@@ -229,3 +230,5 @@ def test_long_dimensions_stay_on_the_page(words):
 def test_the_page_is_read_back_exactly():
     levels = np.arange(256, dtype=np.uint8)
     assert np.array_equal(from_8_bit(levels), from_srgb(levels / 255).astype(np.float32))
+    picture = Picture.opaque(np.broadcast_to(levels[:, None, None], (256, 2, 3)))
+    assert np.array_equal(picture.rgba, Picture(picture.color, picture.alpha).rgba)

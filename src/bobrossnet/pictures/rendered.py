@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import to_srgb
+from bobrossnet.color import from_8_bit, to_srgb
 from bobrossnet.picture.files import png, to_8_bit, write_picture
 from bobrossnet.support.threads import lazy
 
@@ -26,6 +26,14 @@ class Picture:
 
     def __init__(self, color: NDArray[np.float32], alpha: NDArray[np.float32]) -> None:
         self.color, self.alpha = color, alpha
+
+    @classmethod
+    def opaque(cls, srgb: NDArray[np.uint8]) -> Picture:
+        """Return the picture of sRGB values, (H, W, 3); `rgba` has exactly these."""
+        picture = cls(from_8_bit(srgb), np.ones(srgb.shape[:2], np.float32))
+        picture.rgba = np.dstack([srgb, np.full(srgb.shape[:2], 255, np.uint8)])
+        picture.rgba.flags.writeable = False
+        return picture
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Picture, (self.color, self.alpha)

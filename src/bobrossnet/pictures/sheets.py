@@ -9,7 +9,6 @@ from math import asin, atan2, ceil, degrees, isqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_8_bit
 from bobrossnet.measuring.measure import measure
 from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import color_to_8_bit
@@ -116,7 +115,7 @@ class Sheet:
         notes.title(
             (line / 2, height - line), self.scene.describe() if title is None else title, facts, width - 9 * line
         )
-        return Picture(from_8_bit(np.asarray(page)), np.ones((height, width), np.float32))
+        return Picture.opaque(np.asarray(page))
 
     def _cutting_line(self, notes: Annotations, view: SheetView, section: Section) -> None:
         """Draw where a section along an axis of the view cuts."""
