@@ -550,6 +550,14 @@ def test_help_and_import_are_quick(command):
     assert np.median([ours / max(0.3, 3 * numpy) for ours, numpy in pairs]) < 1
 
 
+def test_numbers_are_checked_without_the_import_of_masked_arrays():
+    code = (
+        "import sys; from numpy.typing import NDArray; before = {*sys.modules}; import bobrossnet as bob;"
+        "bob.Camera(pan=(0, 0.5)); print({*sys.modules} - before & {'numpy.ma'})"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout.split() == [b"set()"]
+
+
 def test_run_time_needs_no_torch():
     code = (
         "import sys; sys.modules['torch'] = None; import bobrossnet as bob;"
