@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from models import MODELS, needs_models
-from PIL import Image
+from PIL import Image, ImageDraw
 
 import bobrossnet as bob
 from bobrossnet import InputError
@@ -223,7 +223,7 @@ def test_a_cluster_makes_the_same_thumbnails(
     )
     printed = capsys.readouterr()
     assert "wrote 2 pictures" in printed.out
-    assert "left out: broken.obj: expected triangles, got none" in printed.err
+    assert f"left out: {folder}/deeper/broken.obj: expected triangles, got none" in printed.err
     for each in made:
         if each.picture is not None:
             there = tmp_path / "there" / each.picture.relative_to(tmp_path / "here")
@@ -417,13 +417,26 @@ def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest
     assert cli.main(["thumbs", str(folder), *options]) == 1
     told = capsys.readouterr()
     lines = [line for line in told.err.splitlines() if not line.startswith("drawing: ")]
-    assert lines == ["left out: broken.obj: expected triangles, got none"]
-    assert re.search(rf"wrote 2 pictures to {out} in .* s; 0 were there, 1 files left out\n$", told.out)
+    assert lines == [f"left out: {folder}/deeper/broken.obj: expected triangles, got none"]
+    assert re.search(rf"wrote 2 pictures to {out} in .* s; 0 were there, 1 file left out\n$", told.out)
     assert opened(sheet).size[0] > 32
     assert opened(out / "rod.ply.png").convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
     next(folder.rglob("broken.obj")).unlink()
     assert cli.main(["thumbs", str(folder), *options]) == 0
     assert "wrote 0 pictures" in capsys.readouterr().out
+
+
+def test_equal_names_have_pictures_and_captions_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    captions: list[str] = []
+    draw = ImageDraw.ImageDraw.text
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *a, **k: (captions.append(a[2]), draw(*a, **k)))
+    for name in ("a/x.ply", "b/x.ply", "b/y.ply"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        ROD.save(tmp_path / name)
+    made = bob.thumbnails(tmp_path, tmp_path / "out", size="256x32", samples=1)
+    assert len({each.picture for each in made}) == 3
+    contact_sheet(made)
+    assert captions == ["a/x.ply", "b/x.ply", "y.ply"]
 
 
 @needs_models

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -12,9 +15,11 @@ import numpy as np
 import pytest
 from clocks import least
 from numpy.typing import NDArray
+from processes import COMMAND, running
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
+from bobrossnet.support.interrupts import delayed
 
 # ---- Large files -----------------------------------------------------------------------------------------
 
@@ -75,3 +80,43 @@ def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tm
         return float(np.diff(times).max()) / max(0.04, 0.14 * (times[-1] - times[0]))
 
     assert least(longest_step, 1) < 1
+
+
+# ---- Processes -------------------------------------------------------------------------------------------
+
+needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals for processes")
+
+
+@needs_signals
+def test_ctrl_c_is_delayed_for_a_process_and_its_children() -> None:
+    code = "import time; print(flush=True); time.sleep(0.3)"
+    ended = []
+
+    def interrupt_both() -> None:
+        with delayed():
+            os.kill(os.getpid(), signal.SIGINT)
+            with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as child:
+                assert child.stdout is not None
+                child.stdout.readline()
+                child.send_signal(signal.SIGINT)
+            ended.append(child.returncode)
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_both()
+    assert ended == [0]
+
+
+@needs_signals
+def test_interrupted_thumbnails_are_not_made(tmp_path: Path) -> None:
+    (tmp_path / "0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n")
+    for number in range(1, 400):
+        (tmp_path / f"{number}.obj").symlink_to("0.obj")
+    out = tmp_path / "out"
+    with running([*COMMAND, "thumbs", str(tmp_path), "-o", str(out)], stderr=subprocess.PIPE) as process:
+        while process.poll() is None and not out.exists():
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert told.splitlines()[-1] == "bobrossnet: interrupted"
+    assert len([*out.iterdir()]) < 300

@@ -36,6 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from bobrossnet.pictures.thumbnails import contact_sheet
     from bobrossnet.support.errors import InputError
     from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.messages import counted, name_of, one_line
     from bobrossnet.support.progress import progress
 
     limit_memory()
@@ -63,7 +64,8 @@ def run(options: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     for each in made:
         if each.error is not None:
-            print(f"left out: {each.error}", file=sys.stderr)
+            reason = each.error.removeprefix(f"{name_of(each.file)}: ")
+            print(f"left out: {one_line(each.file)}: {reason}", file=sys.stderr)
     drawn = sum(each.is_new and each.error is None for each in made)
     kept = sum(not each.is_new for each in made)
     if sheet is not None:
@@ -71,7 +73,8 @@ def run(options: argparse.Namespace) -> int:
         told.line(f"wrote {sheet}")
     failed = len(made) - drawn - kept
     told.line(
-        f"wrote {drawn:,} pictures to {options.out} in {seconds:.1f} s; {kept:,} were there, {failed:,} files left out"
+        f"wrote {counted(drawn, 'picture')} to {options.out} in {seconds:.1f} s; "
+        f"{kept:,} {'was' if kept == 1 else 'were'} there, {counted(failed, 'file')} left out"
     )
     told.fields |= {
         "files": [

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +27,7 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import check_picture, render
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, check_callable, check_integer
+from bobrossnet.support.interrupts import delayed, heed
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.support.messages import name_of, one_line
 from bobrossnet.tracing.light import LightLike
@@ -145,16 +148,19 @@ def thumbnails(
             missing.append(i)
     tasks = [(str(files[i].absolute()), str(pictures[i].absolute())) for i in missing]
     done = _made(tasks, style, count) if scheduler is None else _made_on_cluster(tasks, style, scheduler)
-    for i, error in done:
-        file, picture = files[missing[i]], pictures[missing[i]]
-        made[missing[i]] = Thumbnail(file, None if error else picture, error)
-        if progress is not None:
-            progress(len(made) / len(files))
+    with closing(done):
+        for i, error in done:
+            file, picture = files[missing[i]], pictures[missing[i]]
+            made[missing[i]] = Thumbnail(file, None if error else picture, error)
+            if progress is not None:
+                progress(len(made) / len(files))
     return [made[i] for i in range(len(files))]
 
 
 def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDArray[np.uint8]:
     """Arrange thumbnails in rows, each above its file's name, on white: (H, W, 3) uint8.
+
+    Equal names follow the names of their folders.
 
     Raises
     ------
@@ -164,16 +170,20 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
     from PIL import Image
 
     panels = []
+    names = Counter(each.file.name for each in made)
     for each in made:
         if each.picture is not None:
+            caption = name_of(each.file)
+            if names[each.file.name] > 1:
+                caption = f"{name_of(each.file.parent)}/{caption}"
             with Image.open(each.picture) as image:
-                panels.append((before("white", np.asarray(image.convert("RGBA"))), name_of(each.file)))
+                panels.append((before("white", np.asarray(image.convert("RGBA"))), caption))
     if not panels:
         raise InputError("sheet: expected at least one thumbnail, got none")
     return sheet(panels, columns or max(round(np.sqrt(1.5 * len(panels))), 1))
 
 
-def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
+def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Generator[tuple[int, str | None]]:
     """Yield the index of each task as it finishes, and its error if it failed."""
     write = partial(_write, style=style)
     if sys.platform == "emscripten":  # it lacks processes and threads
@@ -193,19 +203,24 @@ def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Itera
         groups = [left[i : i + at_once] for i in range(0, len(left), max(at_once, 1))]
         for group in groups:
             with ProcessPoolExecutor(min(workers, len(group)), context, _start_worker) as pool:
-                calls = {pool.submit(write, *tasks[i]): i for i in group}
-                for call in as_completed(calls):
-                    try:
-                        yield calls[call], call.result()
-                    except BrokenProcessPool:
-                        suspects.append(calls[call])
+                try:
+                    with delayed():
+                        calls = {pool.submit(write, *tasks[i]): i for i in group}
+                    for call in as_completed(calls):
+                        try:
+                            yield calls[call], call.result()
+                        except BrokenProcessPool:
+                            suspects.append(calls[call])
+                except BaseException:  # also if the caller wants no more
+                    pool.shutdown(cancel_futures=True)
+                    raise
     for i in suspects:
         yield i, _ended(tasks[i][0])
 
 
 def _made_on_cluster(
     tasks: Sequence[tuple[str, str]], style: Style, scheduler: str
-) -> Iterator[tuple[int, str | None]]:
+) -> Generator[tuple[int, str | None]]:
     """Run the tasks on a cluster; it gives up on a file that has killed several of its workers."""
     with connected(scheduler) as client:
         from distributed import KilledWorker
@@ -226,6 +241,7 @@ def _start_worker() -> None:
     be_apart()
     set_thread_count(1)  # the files are traced in parallel
     warnings.simplefilter("ignore")
+    heed()
 
 
 def _write(file: str, picture: str, style: Style) -> str | None:

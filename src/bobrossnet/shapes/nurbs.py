@@ -35,6 +35,7 @@ from bobrossnet.support.errors import (
     shape_of,
     warn_coarse,
 )
+from bobrossnet.support.messages import counted
 from bobrossnet.support.threads import lazy
 
 
@@ -348,9 +349,7 @@ class Brep(Shape):
             "faces": f"{len(self.faces):,}, {trimmed:,} trimmed, {rational:,} rational",
             "degrees": ", ".join(f"{degree} x {count:,}" for degree, count in degrees.most_common()),
             "control points": f"{sum(face.control_points[..., 0].size for face in self.faces):,}",
-            "trims": f"{_counted(len(loops), 'loop')} of {_counted(sum(map(len, loops)), 'curve')}"
-            if loops
-            else "none",
+            "trims": f"{counted(len(loops), 'loop')} of {counted(sum(map(len, loops)), 'curve')}" if loops else "none",
             "patches": f"{core.patches:,} in {core.pieces:,} pieces, {core.bytes / 2**20:.1f} MiB",
             **({"colours": f"{len({face.color for face in self.faces}):,}"} if self.is_colored else {}),
         }
@@ -436,10 +435,6 @@ def _numbers(numbers: Any, count: int) -> NDArray[np.int32]:
     if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > np.iinfo(np.int32).max:
         raise InputError("face_numbers: expected integers in 0..2^31 - 1")
     return frozen(array, np.int32)
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
 def nurbs_surface(

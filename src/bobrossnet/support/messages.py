@@ -16,6 +16,11 @@ def one_line(text: object) -> str:
     return line if len(line) <= 200 else line[:197] + "..."
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number and a noun: 1 face, 2 faces."""
+    return f"{count:,} {noun}{'s' * (count != 1)}"
+
+
 def name_of(file: Path) -> str:
     """Return a file's name as the prefix of errors and warnings."""
     return one_line(file.name or str(file))
