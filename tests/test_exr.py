@@ -1,5 +1,6 @@
 """OpenEXR files: read by the usual names of their layers, completed, and written as they came."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -233,8 +234,14 @@ def test_a_missing_library_is_named_before_files_are_read(tmp_path, capsys, monk
 def test_what_is_no_such_file_is_named(picture, tmp_path, capsys):
     text = tmp_path / "text.exr"
     text.write_text("not a picture")
-    with pytest.raises(bob.InputError, match=r"text.exr: expected an OpenEXR file, can't read it: "):
+    with pytest.raises(bob.InputError, match=r"text.exr: expected an OpenEXR file, got another$"):
         read_exr(text)
+    empty = tmp_path / "empty.exr"
+    empty.touch()
+    with pytest.raises(bob.InputError, match=r"empty.exr: expected an OpenEXR file, got an empty file$"):
+        read_exr(empty)
+    with pytest.raises(bob.InputError, match=rf"{re.escape(tmp_path.name)}: expected a file, got a folder$"):
+        read_exr(tmp_path)
     whole = tmp_path / "whole.exr"
     write_exr(whole, layers(picture, PROGRAMS["plain"]))
     cut = tmp_path / "cut.exr"

@@ -21,6 +21,7 @@ from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, check_size
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import errors_at
 from bobrossnet.support.paths import check_file, path_of
 
 F32 = NDArray[np.float32]
@@ -28,6 +29,7 @@ Planes = dict[str, NDArray[Any]]
 """Planes, (H, W) float32, float16 or uint32, by channel name."""
 
 ENDING = ".exr"
+MAGIC = b"\x76\x2f\x31\x01"
 
 ROLES = ("color", "depth", "normal", "albedo", "mask")
 
@@ -136,12 +138,15 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     library = openexr()
     path = path_of(path)
     if os.path.exists(path):
-        check_file(path)
+        with errors_at(str(path)):
+            check_file(path)
     try:
-        with path.open("rb"):
-            pass  # OpenEXR also prints its errors
+        with path.open("rb") as stream:  # OpenEXR also prints its errors
+            first = stream.read(len(MAGIC))
     except OSError as error:
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
+    if first != MAGIC:
+        raise InputError(f"{path}: expected an OpenEXR file, got {'another' if first else 'an empty file'}")
     try:
         with library.File(str(path), separate_channels=True) as file:
             # Copies, because closing the file frees its headers.
