@@ -411,6 +411,14 @@ def test_a_file_is_no_folder_for_pictures(folder: Path, tmp_path: Path) -> None:
             bob.thumbnails(folder, place)
 
 
+def test_a_read_only_folder_is_named_before_pictures_are_made(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(InputError, match=rf"^out: expected a folder .*, where {re.escape(str(tmp_path))} is read-only"):
+        bob.thumbnails(folder, tmp_path / "below" / "out")
+
+
 def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, sheet = tmp_path / "out", tmp_path / "sheet.png"
     options = ["-o", str(out), "--size", "32x32", "--background", "#ffffff", "--sheet", str(sheet)]

@@ -250,7 +250,9 @@ def _write(file: str, picture: str, style: Style) -> str | None:
         drawn = thumbnail(file, style)
         Path(picture).parent.mkdir(parents=True, exist_ok=True)
         drawn.save(picture)
-    except (InputError, MemoryError, OSError) as error:
+    except OSError as error:
+        return f"{Path(file).name}: can't write {error.filename}: {error.strerror}"
+    except (InputError, MemoryError) as error:
         return one_line(error) or f"{Path(file).name}: not enough memory"
     return None
 

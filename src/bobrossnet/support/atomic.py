@@ -44,11 +44,19 @@ def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterab
 
 
 def check_folder(path: str | os.PathLike[str], name: str) -> Path:
-    """Return `path` if it is a folder or can become one; raise InputError if a file is in its place."""
+    """Return `path` if it is a folder or can become one.
+
+    Raises
+    ------
+    InputError
+        If a file is in its place, or it can't be written to.
+    """
     folder = path_of(path, name)
     there = next((place for place in (folder, *folder.parents) if place.exists()), None)
     if there is not None and not there.is_dir():
         raise InputError(f"{name}: expected a folder to write to, got {folder}, where {there} is a file")
+    if there is not None and not os.access(there, os.W_OK):
+        raise InputError(f"{name}: expected a folder to write to, got {folder}, where {there} is read-only")
     return folder
 
 
