@@ -1,6 +1,7 @@
 """The installed command line: its pictures, its one-line errors, and how it stops."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -371,6 +372,8 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         (["info", "missing.safetensors"], "missing.safetensors: "),
         (["info"], "FILE"),
         (["paint"], "paint"),
+        (["pack", "scene.bob", "-o", "scene.bob"], "arguments: -o scene.bob (see bobrossnet pack --help)"),
+        (["dataset", "build", "data", "--paint"], "arguments: --paint (see bobrossnet dataset build --help)"),
         ([], "COMMAND"),
     ],
 )
@@ -384,6 +387,15 @@ def test_mistakes_get_one_line_and_status_2(arguments, message, tmp_path, capsys
     assert printed.err.count("\n") == 1
     assert message in printed.err
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "stream"), [(["render", "-o", "-"], "stdout"), (["measure", "-", "--format", "ply"], "stdin")]
+)
+def test_closed_streams_are_named(arguments, stream, capsys, monkeypatch):
+    monkeypatch.setattr(sys, stream, None)
+    assert cli.main(arguments) == 2
+    assert re.search(r"^bobrossnet: error: .* standard (out|in)put, which is closed\n$", capsys.readouterr().err)
 
 
 def broken_files():

@@ -64,6 +64,8 @@ def _of_standard_input(ending: str | None, folder: str) -> str:
         raise InputError(
             f"--format: expected the format of standard input, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}"
         )
+    if sys.stdin is None:
+        raise InputError("-: expected shapes on standard input, which is closed")
     file = os.path.join(folder, f"standard input{known}")
     with open(file, "wb") as copy:
         shutil.copyfileobj(sys.stdin.buffer, copy)

@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 from bobrossnet.picture.files import U8, png, write_picture
+from bobrossnet.support.errors import InputError
 
 STANDARD_OUTPUT = "-"
 
@@ -32,6 +33,8 @@ class Report:
         self.fields: dict[str, Any] = {}
         self._options = options
         self.to_stdout = getattr(options, "out", None) == STANDARD_OUTPUT
+        if self.to_stdout and sys.stdout is None:
+            raise InputError("--out: expected standard output, which is closed")
         self._stream = sys.stderr if self.to_stdout else sys.stdout
 
     def line(self, text: str = "") -> None:
