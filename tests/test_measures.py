@@ -260,7 +260,9 @@ def _cube(side):
 
 
 @needs_models
-@pytest.mark.parametrize("name", ["loader_originals/obj_quads/horse_quad.obj", "scans/stanford_bunny.ply"])
+@pytest.mark.parametrize(
+    "name", ["loader_originals/obj_quads/horse_quad.obj", "scans/stanford_bunny.ply", "mechanical/machinist_cube.ply"]
+)
 def test_meshes_are_those_of_trimesh(name):
     trimesh = pytest.importorskip("trimesh")
     mesh = bob.load_mesh(MODELS / name)
@@ -270,6 +272,18 @@ def test_meshes_are_those_of_trimesh(name):
     assert found.is_closed == other.is_watertight
     if found.is_closed:
         assert found.volume == pytest.approx(abs(other.volume), rel=1e-9)
+
+
+def test_rounding_of_zeros_opens_no_mesh():
+    """As in STL files of CAD systems, where each triangle has its own vertices."""
+    points, triangles = _cube(2)
+    apart = points[np.ravel(triangles)] - 1
+    apart[:, 2] += 1
+    apart[np.abs(apart) < 0.5] += np.random.default_rng(0).uniform(-1e-15, 1e-15, (np.abs(apart) < 0.5).sum())
+    measured = bob.measure(bob.Mesh(apart, np.arange(36).reshape(12, 3)))
+    assert measured.volume == pytest.approx(8, rel=1e-12)
+    apart[0] += 1e-6
+    assert not bob.measure(bob.Mesh(apart, np.arange(36).reshape(12, 3))).is_closed
 
 
 def test_volumes_of_parts_that_close_each_other():
