@@ -81,6 +81,14 @@ def test_distances_are_in_the_units_of_the_mesh(scale):
     np.testing.assert_allclose(f.bounding_box(np.eye(4))[1], scale * np.array([1, 1, 8]), atol=0.05 * scale)
 
 
+def test_rounding_of_zeros_opens_no_mesh():
+    """Zeros of 1e-16, other ones in each triangle, as CAD systems write them."""
+    corners = np.array(TETRAHEDRON[0], float)[np.ravel(TETRAHEDRON[1])]
+    corners[corners == 0] += np.random.default_rng(0).uniform(-1e-16, 1e-16, (corners == 0).sum())
+    shape = Word(corners, np.arange(12).reshape(4, 3)).sdf()
+    np.testing.assert_allclose(shape([(0.1, 0.2, 0.3), (-3, -4, 0)]), [[-0.1], [5]], atol=1e-7)
+
+
 def test_winding_does_not_matter_and_parts_may_overlap():
     low = made_of(sphere(1), 0.1)
     turned = Word(low.vertices, low.triangles[:, ::-1])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.measuring.crossings import APART, crossings
 from bobrossnet.shapes.affine import Matrix, mapped
-from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.mesh import Mesh, rounded
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.scene import Scene
@@ -29,10 +29,6 @@ QUADRATIC = (3, 5.5)
 
 ROUNDING = 1e-12
 """Relative error of sums over triangles."""
-
-SAME = 1e-12
-"""Distance of vertices that count as one, in sizes of the mesh. CAD systems write zeros as 1e-16 in one triangle and as
-3e-16 in its neighbour. A larger one would be an error above that of rounding."""
 
 QUADRATURE = 1e-8
 """The same of integrals over smooth faces."""
@@ -73,8 +69,7 @@ def closed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -
 
 def _edges(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> tuple[Indices, Indices]:
     """Return the edges of all triangles, from and to, with one number for vertices of one place."""
-    size = max(float(np.ptp(vertices, axis=0).max()), 1e-300)
-    _, same = np.unique(np.rint(vertices / (SAME * size)), axis=0, return_inverse=True)
+    _, same = np.unique(rounded(vertices), axis=0, return_inverse=True)
     corners = same.reshape(-1)[triangles].astype(np.int64)
     corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     return corners.T.reshape(-1), np.roll(corners, -1, axis=1).T.reshape(-1)

@@ -43,7 +43,8 @@ class Mesh(shapes.Mesh):
     def sdf(self, voxel_size: float | None = None, half_width: float | None = None) -> SDF3:
         """Return the mesh as a shape: the signed distance from its triangles, in the mesh's units.
 
-        Distances are exact everywhere, for vertices rounded to 1e-7 of the mesh's size. Equal vertices are merged.
+        Distances are exact everywhere, for vertices rounded to 1e-7 of the mesh's size. Vertices
+        within 1e-12 of the size are merged.
         Points with a nonzero winding number are inside, so parts may overlap. Colours, normals and textures are
         dropped.
 
@@ -66,7 +67,7 @@ class Mesh(shapes.Mesh):
             if value is not None:
                 check_number(name, value, 0, above=True)
         try:
-            return SDF3(_core.distance_to_mesh(self.vertices, self.triangles))
+            return SDF3(_core.distance_to_mesh(shapes.rounded(self.vertices), self.triangles))
         except ValueError as error:
             raise InputError(f"mesh: {error}") from None
 

@@ -28,6 +28,10 @@ WRAPS = ("repeat", "clamp", "mirror")
 MAX_TRIANGLES = 2**25
 """Maximum number of triangles of tessellated shapes: 1 GB."""
 
+SAME = 1e-12
+"""Distance of vertices that count as one, in sizes of the mesh. CAD systems write zeros as 1e-16 in one triangle and as
+3e-16 in its neighbour. A larger one would be an error above that of rounding."""
+
 
 class Mesh(Shape):
     """A triangle mesh.
@@ -324,6 +328,12 @@ class Mesh(Shape):
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+def rounded(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vertices rounded to `SAME`, so that vertices of one place are equal."""
+    step = SAME * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    return np.rint(vertices / step) * step + 0.0
 
 
 def _linear(
