@@ -100,7 +100,7 @@ def files_of(folder):
 def test_data_sets(models, tmp_path, format, capsys):
     command = ["dataset", "views", str(models), "--views", "3", "--size", "32x24", "--format", format]
     assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
-    assert "wrote 3 views of 1 shapes" in capsys.readouterr().out
+    assert "wrote 3 views of 1 shape " in capsys.readouterr().out
     made = files_of(tmp_path / "one")
     place = tmp_path / "one/below/tree.ply"
     if format == "webdataset":
@@ -120,7 +120,7 @@ def test_data_sets(models, tmp_path, format, capsys):
     assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
     assert files_of(tmp_path / "one") == made
     assert cli.main([*command, "-o", str(tmp_path / "one")]) == 0
-    assert "1 shapes were there" in capsys.readouterr().out
+    assert "1 shape was there" in capsys.readouterr().out
 
 
 def test_unreadable_files_are_named(models, tmp_path, capsys):

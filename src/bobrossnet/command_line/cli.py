@@ -37,6 +37,7 @@ from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory
+from bobrossnet.support.messages import counted
 
 USAGE_ERROR = 2
 
@@ -236,7 +237,7 @@ def _view(options: argparse.Namespace) -> None:
     with page_files(scene, name, look) as page:
         if options.export is not None:
             export(page, Path(options.export))
-            print(f"wrote {options.export}: {len(page)} files, which any web server can show")
+            print(f"wrote {options.export}: {counted(len(page), 'file')}, which any web server can show")
             return
         with Server(page, options.port) as server:
             # Quoted twice: the parameter is a URL, and # and ? have a meaning in URLs.
@@ -259,7 +260,7 @@ def _mesh(options: argparse.Namespace) -> None:
     mesh = scene.mesh(options.step)
     seconds = time.perf_counter() - start
     mesh.save(out)
-    print(f"wrote {out}: {len(mesh.triangles):,} triangles of {scene.describe()}, made in {seconds:.1f} s")
+    print(f"wrote {out}: {counted(len(mesh.triangles), 'triangle')} of {scene.describe()}, made in {seconds:.1f} s")
 
 
 def _pack(options: argparse.Namespace) -> None:

@@ -42,6 +42,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.picture.exr import ENDING, read_exr, write_exr
     from bobrossnet.support.atomic import check_writable
     from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.messages import counted
 
     limit_memory()
     out = check_writable(options.out, "a picture", [ENDING])
@@ -53,6 +54,6 @@ def run(options: argparse.Namespace) -> None:
     print(f"known      {100 * float(file.traced().mean()):.4g} % of {width}x{height}")
     start = time.perf_counter()
     planes = completed_channels(file, options.model)
-    print(f"completed  {len(planes)} channels in {1000 * (time.perf_counter() - start):.0f} ms")
+    print(f"completed  {counted(len(planes), 'channel')} in {1000 * (time.perf_counter() - start):.0f} ms")
     write_exr(out, planes, file.header)
     print(f"wrote      {out}")

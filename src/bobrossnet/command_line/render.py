@@ -13,6 +13,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, PRIORITY
 from bobrossnet.pictures.drawing import SVG
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import counted
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -227,7 +228,7 @@ def run(options: argparse.Namespace) -> None:
 
     rays = int(part.mask.sum())
     told.line(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
-    what = f"{rays:,} rays" if part.guides is None else f"{rays:,} pixels' light and all first hits"
+    what = counted(rays, "ray") if part.guides is None else f"{rays:,} pixels' light and all first hits"
     told.line(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
     if not exact:

@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from bobrossnet.pictures.thumbnails import contact_sheet
     from bobrossnet.support.errors import InputError
     from bobrossnet.support.machine import limit_memory
-    from bobrossnet.support.messages import counted, name_of, one_line
+    from bobrossnet.support.messages import counted, left_out
     from bobrossnet.support.progress import progress
 
     limit_memory()
@@ -64,8 +64,7 @@ def run(options: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     for each in made:
         if each.error is not None:
-            reason = each.error.removeprefix(f"{name_of(each.file)}: ")
-            print(f"left out: {one_line(each.file)}: {reason}", file=sys.stderr)
+            print(left_out(each.file, each.error), file=sys.stderr)
     drawn = sum(each.is_new and each.error is None for each in made)
     kept = sum(not each.is_new for each in made)
     if sheet is not None:

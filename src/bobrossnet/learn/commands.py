@@ -181,6 +181,7 @@ def _dataset_views(options: argparse.Namespace) -> int:
 
     from bobrossnet.pictures.view_files import ViewStyle, dataset_of_views
     from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.messages import counted, left_out
     from bobrossnet.support.progress import progress
 
     limit_memory()
@@ -198,12 +199,13 @@ def _dataset_views(options: argparse.Namespace) -> int:
         written = dataset_of_views(options.folder, options.out, style, options.scheduler, show)
     for each in written:
         if each.error is not None:
-            print(f"left out: {each.error}", file=sys.stderr)
+            print(left_out(each.file, each.error), file=sys.stderr)
     failed = sum(each.error is not None for each in written)
     new = sum(each.is_new for each in written) - failed
+    kept = len(written) - new - failed
     print(
-        f"wrote {new * options.views:,} views of {new:,} shapes to {options.out}; {len(written) - new - failed:,} "
-        f"shapes were there, {failed:,} files left out"
+        f"wrote {counted(new * options.views, 'view')} of {counted(new, 'shape')} to {options.out}; "
+        f"{counted(kept, 'shape')} {'was' if kept == 1 else 'were'} there, {counted(failed, 'file')} left out"
     )
     return 1 if failed else 0
 

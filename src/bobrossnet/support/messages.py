@@ -21,6 +21,11 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
+def left_out(file: Path, error: str) -> str:
+    """Return the line about a file of a folder that failed: its whole path, since names repeat in subfolders."""
+    return f"left out: {one_line(file)}: {error.removeprefix(f'{name_of(file)}: ')}"
+
+
 def name_of(file: Path) -> str:
     """Return a file's name as the prefix of errors and warnings."""
     return one_line(file.name or str(file))

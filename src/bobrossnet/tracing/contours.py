@@ -15,6 +15,7 @@ from bobrossnet.shapes.chains import Curve
 from bobrossnet.shapes.cuts import Plane, cut
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag
+from bobrossnet.support.messages import counted
 from bobrossnet.support.units import check_unit, factor
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.section import Section, check_sections
@@ -86,7 +87,7 @@ class Contours:
     unit: str | None
 
     def __repr__(self) -> str:
-        return f"Contours({len(self.parts)} parts, area {self.area:.6g}, length {self.length:.6g})"
+        return f"Contours({counted(len(self.parts), 'part')}, area {self.area:.6g}, length {self.length:.6g})"
 
     @property
     def area(self) -> float:
