@@ -101,8 +101,12 @@ def test_ctrl_c_is_delayed_for_a_process_and_its_children() -> None:
                 child.send_signal(signal.SIGINT)
             ended.append(child.returncode)
 
-    with pytest.raises(KeyboardInterrupt):
-        interrupt_both()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # background processes of a shell ignore it
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            interrupt_both()
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert ended == [0]
 
 

@@ -127,7 +127,7 @@ def test_unreadable_files_are_named(models, tmp_path, capsys):
     (models / "broken.ply").write_text("ply\n")
     command = ["dataset", "views", str(models), "-o", str(tmp_path / "out"), "--views", "1", "--size", "16x16"]
     assert cli.main(command) == 1
-    assert "left out: broken.ply: " in capsys.readouterr().err
+    assert "/broken.ply: expected " in capsys.readouterr().err
 
 
 def test_bad_options_of_data_sets_are_refused_at_once(models, tmp_path, capsys):

@@ -15,8 +15,8 @@ constexpr int enough = 4096;
 /// studio, 5 to 100 % of the pixels, against a fit of each pixel: the mean error changes by -3 to 2 % on surfaces and by -7 to 4 % on the
 /// ground, in 0.4 to 0.8 of the time. At 1, by up to 4 % more on surfaces.
 constexpr float place_spacing = 0.6f;
-/// Pixels are fitted themselves where the places around them are less alike. At 0.02, textured surfaces have a tenth more error; at 0.6,
-/// bunnies take a third longer.
+/// Minimum likeness of the places around a pixel; below it, the pixel is fitted itself. At 0.02, textured surfaces have a tenth more
+/// error; at 0.6, bunnies take a third longer.
 constexpr float blended_likeness = 0.3f;
 /// Maximum number of rows of places in an area of several tiles, whose places are fewer than those of its tiles together.
 constexpr int max_rows = 7;
@@ -41,11 +41,10 @@ bool GuidedFit::is_wanted(int y, int x) const {
     return extent_ == GuidedExtent::all || surfaces_.row(GuidedSurfaces::coverage, y)[x] > 0;
 }
 
-template <class Body>
-bool GuidedFit::any_wanted(const Area& area, Body body) const {
+bool GuidedFit::is_any_wanted(const Area& area) const {
     for (int y = area.top; y < area.top + area.height; ++y) {
         for (int x = area.left; x < area.left + area.width; ++x) {
-            if (is_wanted(y, x) && body(y, x)) return true;
+            if (is_wanted(y, x)) return true;
         }
     }
     return false;
@@ -54,7 +53,7 @@ bool GuidedFit::any_wanted(const Area& area, Body body) const {
 void GuidedFit::fit(Area area, GuidedBlock& fitted) {
     const Area whole = area;
     area.height = std::min(area.height, surfaces_.height() - area.top), area.width = std::min(area.width, surfaces_.width() - area.left);
-    if (area.height <= 0 || area.width <= 0 || !any_wanted(area, [](int, int) { return true; })) return;
+    if (!is_any_wanted(area)) return;
     const auto [reach, sharpness] = reaches_.extremes(area.top, area.left, area.height, area.width);
     const float spacing = place_spacing * std::sqrt(sharpness);
     if (whole.height > guided_tiles::height && places_along(whole.height, spacing) > max_rows) {
@@ -67,12 +66,13 @@ void GuidedFit::fit(Area area, GuidedBlock& fitted) {
     const bool is_sparse = spacing >= 1;
     if (is_sparse) blend(area, spacing, reach, fitted);
     places_.count = 0;
-    any_wanted(area, [&](int y, int x) {
-        if (is_sparse && fitted.weight[in_block(y, x)] >= blended_likeness) return false;
-        add(y, x);
-        if (places_.count == GuidedPlaces::capacity) fit_pixels(area, reach, fitted);
-        return false;
-    });
+    for (int y = area.top; y < area.top + area.height; ++y) {
+        for (int x = area.left; x < area.left + area.width; ++x) {
+            if (!is_wanted(y, x) || (is_sparse && fitted.weight[in_block(y, x)] >= blended_likeness)) continue;
+            add(y, x);
+            if (places_.count == GuidedPlaces::capacity) fit_pixels(area, reach, fitted);
+        }
+    }
     fit_pixels(area, reach, fitted);
 }
 

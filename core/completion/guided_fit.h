@@ -18,7 +18,7 @@ struct GuidedBlock {
     std::array<float, size> light[3]{}, weight{}, detail{}, noise{};
 };
 
-/// Fits linear functions of position and normal at places, as far apart as the samples allow, and blends them.
+/// Fits linear functions of position and normal at places, and blends them at the pixels between.
 class GuidedFit {
 public:
     GuidedFit(const GuidedSurfaces& surfaces, const GuidedSamples& traced, const GuidedReaches& reaches, int components, GuidedExtent extent)
@@ -35,9 +35,7 @@ private:
 
     [[nodiscard]] std::size_t in_block(int y, int x) const;
     [[nodiscard]] bool is_wanted(int y, int x) const;
-    /// Calls `body` for each pixel that is completed, until it returns true.
-    template <class Body>
-    bool any_wanted(const Area& area, Body body) const;
+    [[nodiscard]] bool is_any_wanted(const Area& area) const;
 
     void fit(Area area, GuidedBlock& fitted);
     void add(int y, int x);
