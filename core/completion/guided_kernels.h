@@ -54,12 +54,15 @@ struct GuidedPlaces {
 
 /// Places in rows and columns of an area, at its corners too.
 struct GuidedGrid {
+    static constexpr int max_rows = 8, max_columns = 16;
+    static_assert(max_rows * max_columns <= GuidedPlaces::capacity);
+
     int rows, columns;
-    int row[8], column[16];  // in the area
-    int place[8][16];        // its number, or -1
+    int row[max_rows], column[max_columns];  // in the area
+    int place[max_rows][max_columns];        // its number, or -1
 };
 
-/// The pixels of a pixels. Pointers are to its first one.
+/// The pixels of an area. Pointers are to its first one.
 struct GuidedPixels {
     int top, left, height, width;
     const float* guides[Guides::count];  // not read on planes
