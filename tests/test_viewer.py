@@ -26,6 +26,7 @@ from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
 from bobrossnet.support.paths import VIEWER
+from bobrossnet.support.units import METRES
 
 WIDTH, HEIGHT = 128, 96
 SIZE = f"?size={WIDTH}x{HEIGHT}"
@@ -1120,26 +1121,34 @@ END_WHILE_OPENING = """([kind, file]) => {
 }"""
 
 
-def test_a_scene_is_opened_where_the_workers_of_the_last_one_end(tabs, viewer):
+@pytest.mark.parametrize(
+    ("ending", "message", "shown"), [("tracer", "", "gyroid.bob"), ("completing", "it ended", "csg.sdf")]
+)
+def test_workers_end_while_the_next_scene_is_being_opened(tabs, viewer, ending, message, shown):
     page = Page(tabs, viewer.url + SIZE + "&workers=2#scene=csg.sdf", WORKERS)
     page.exact()
-    page.tab.evaluate(END_WHILE_OPENING, ["tracer", "gyroid.bob"])
+    page.tab.evaluate(END_WHILE_OPENING, [ending, "gyroid.bob"])
     page.opened()
-    assert page.text("#message") == ""
+    assert page.text("#message") == message
+    assert page.tab.input_value("#gallery") == shown
+    if shown != "gyroid.bob":
+        page.choose("gyroid.bob")
     assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "gyroid.bob")))
     page.close()
 
 
-def test_a_page_says_so_where_no_worker_completes_the_picture_of_a_coming_scene(tabs, viewer):
-    page = Page(tabs, viewer.url + SIZE + "&workers=2#scene=csg.sdf", WORKERS)
-    page.exact()
-    page.tab.evaluate(END_WHILE_OPENING, ["completing", "gyroid.bob"])
-    page.opened()
-    assert page.text("#message") == "it ended"
-    assert page.text("#gallery option:checked") == "Ball, box and cylinders"
-    page.choose("gyroid.bob")
-    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "gyroid.bob")))
-    page.close()
+def test_units_are_those_of_python(page):
+    scales = page.tab.evaluate(
+        """
+        async (units) => {
+          const { together } = await import(new URL("tracing/description.js", location.href));
+          const scene = (unit) => ({ shapes: [], instances: [{ shape: 0 }], unit });
+          return units.map((unit) => together([scene("km"), scene(unit)], ["a", "b"]).instances[1].transform?.[0] ?? 1);
+        }
+        """,
+        list(METRES),
+    )
+    assert scales == pytest.approx([length / METRES["km"] for length in METRES.values()], rel=1e-15)
 
 
 def test_the_failure_of_a_scene_that_was_given_up_does_not_end_the_next(page):
