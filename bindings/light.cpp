@@ -131,8 +131,11 @@ void bind_light(nb::module_& m) {
     m.attr("NOISY_PASSES") = bob::MovingLight::noisy_passes;
     m.attr("VISIBLE_NOISE") = bob::MovingLight::visible_noise;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
-    nb::class_<bob::LightPace>(m, "LightPace", "Number of pixels in a frame of moving light.")
+    nb::class_<bob::LightPace>(m, "LightPace", "Size of a frame of moving light, and number of its pixels that get paths.")
         .def(nb::init<>())
+        .def("scale", &bob::LightPace::scale, "total"_a, "time"_a,
+             "The divisor of a moving frame's height and width, for so many pixels at 1 and the time for the frame.")
+        .def("shown", &bob::LightPace::shown, "pixels"_a, "time"_a, "Time for first hits and completing.")
         .def("pixels", &bob::LightPace::pixels, "total"_a, "left"_a,
              "For a picture of so many pixels, and the time left after its first hits.")
         .def("traced", &bob::LightPace::traced, "pixels"_a, "time"_a)
@@ -149,6 +152,7 @@ void bind_light(nb::module_& m) {
             interruptible([&] { self.rest(); });
         }, "The camera rests: each pixel waits for paths from this camera.")
         .def_prop_ro("is_at_rest", &bob::MovingLight::is_at_rest)
+        .def_prop_ro("size", [](const bob::MovingLight& self) { return std::tuple(self.height(), self.width()); }, "(height, width) of its picture.")
         .def("first_hits", &first_hits_of, "At pixels' centres, (10, H, W); the pixels at edges, (n, 2), and their first hits, (n, k, 10).")
         .def("trace_next", [](bob::MovingLight& self, std::size_t count) {
             expect_camera(self);

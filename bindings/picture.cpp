@@ -22,6 +22,8 @@
 #include "completion/guided_surfaces.h"
 #include "picture/camera.h"
 #include "picture/channels.h"
+#include "picture/displayed.h"
+#include "picture/enlarging.h"
 #include "picture/gbuffer.h"
 #include "reprojection/history.h"
 #include "sampling/adaptive.h"
@@ -40,6 +42,27 @@ nb::typed<nb::list, std::tuple<nb::str, int, float, float, float, bool>> channel
         result.append(nb::make_tuple(nb::str(c.name.data(), c.name.size()), c.components, c.low, c.high, c.missed, c.seen));
     }
     return result;
+}
+
+using AnyOrder = nb::ndarray<const float, nb::numpy, nb::shape<-1, -1, -1>, nb::device::cpu>;
+using PlaneOfAnyOrder = nb::ndarray<const float, nb::numpy, nb::shape<-1, -1>, nb::device::cpu>;
+
+Array<std::uint8_t, -1, -1, 4> rgba(const AnyOrder& color, const PlaneOfAnyOrder& alpha) {
+    const std::size_t height = alpha.shape(0), width = alpha.shape(1);
+    expect(color.shape(0) == height && color.shape(1) == width && color.shape(2) == 3, "color: expected (H, W, 3) of alpha's size");
+    auto output = make_array<std::uint8_t, -1, -1, 4>(height, width, 4);
+    const auto plane = [&](std::ptrdiff_t c) { return bob::StridedPlane{color.data() + c * color.stride(2), color.stride(0), color.stride(1)}; };
+    interruptible([&] {
+        bob::write_rgba({plane(0), plane(1), plane(2)}, {alpha.data(), alpha.stride(0), alpha.stride(1)}, static_cast<int>(height),
+                        static_cast<int>(width), output.data());
+    });
+    return output;
+}
+
+void enlarge(const ConstPlanes& from, const Planes& to) {
+    expect(from.shape(0) == to.shape(0) && from.size() > 0 && to.size() > 0, "planes: expected as many of both sizes, which are not empty");
+    const auto side = [](const auto& planes, std::size_t axis) { return static_cast<int>(planes.shape(axis)); };
+    interruptible([&] { bob::enlarge(side(from, 0), from.data(), side(from, 1), side(from, 2), to.data(), side(to, 1), side(to, 2)); });
 }
 
 using Rays = std::tuple<Array<std::int64_t, -1>, Array<float, -1, 3>, Array<float, -1, 3>>;
@@ -236,6 +259,17 @@ void bind_picture(nb::module_& m) {
             using First = bob::SquaresOrder::First;
             new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr, by_priority ? First::priority : First::contrast);
         }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none(), "by_priority"_a = false);
+    m.def("displayed", [](const Array<const float, -1>& light) {
+        auto output = make_array<std::uint8_t, -1>(light.size());
+        interruptible([&] {
+            bob::parallel_for(light.size(), 8192, [&](std::size_t begin, std::size_t end) {
+                std::transform(light.data() + begin, light.data() + end, output.data() + begin, bob::displayed);
+            });
+        });
+        return output;
+    }, "light"_a, "Linear light as bytes of sRGB, (n,).");
+    m.def("rgba", &rgba, "color"_a, "alpha"_a, "sRGB with straight alpha, (H, W, 4), of linear RGB times coverage, (H, W, 3), and coverage, (H, W).");
+    m.def("enlarge", &enlarge, "planes"_a.noconvert(), "output"_a.noconvert(), "Writes planes (C, h, w), enlarged bilinearly, to (C, H, W).");
     m.def("clear", [](const Planes& planes) { interruptible([&] { bob::clear(planes.data(), planes.size()); }); }, "planes"_a.noconvert(),
           "Sets new planes (C, H, W) to 0.");
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert(),

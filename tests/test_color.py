@@ -8,7 +8,9 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet import _core
 from bobrossnet.color import from_srgb, luminance, to_srgb
+from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.rendering import _at_edges
 from bobrossnet.sdf import box, sphere
 
@@ -419,6 +421,34 @@ def test_gbuffers_are_made_of_colors(full):
 
 
 # ---- Pictures --------------------------------------------------------------------------------------------
+
+
+def test_displayed_light_is_its_srgb_rounded():
+    light = np.concatenate(
+        [np.linspace(-0.1, 1.1, 100_000, dtype=np.float32), np.float32([np.nan, np.inf, -np.inf, 0, 1])]
+    )
+    exact = 255 * to_srgb(np.nan_to_num(light, nan=0).astype(np.float64))
+    assert np.abs(_core.displayed(light) - exact).max() < 0.501
+
+
+def test_pictures_have_straight_alpha():
+    """The premultiplied colour of arrays of any order; nothing where nothing is covered."""
+    alpha = np.float32([[0, 0.001, 0.25], [0.5, 1, 1.5]])
+    color = np.moveaxis(np.float32([[[0.3] * 3] * 2, [[0.25, 0.25, 0.05], [0.25, 0.5, 2]], [[0] * 3] * 2]), 0, -1)
+    rgba = _core.rgba(color, alpha)
+    assert rgba[..., 3].tolist() == [[0, 0, 64], [128, 255, 255]]
+    assert not rgba[alpha < 0.01].any()
+    expected = [color_to_8_bit(np.float32(own)).tolist() for own in ([1, 0.2, 0], [0.6, 0.5, 0], [0.3, 0.5, 0])]
+    assert [rgba[i, j, :3].tolist() for i, j in ((0, 2), (1, 0), (1, 1))] == expected
+
+
+def test_enlarged_planes_are_bilinear():
+    ramp = np.add.outer(np.arange(4.0), 10 * np.arange(5.0)).astype(np.float32)
+    output = np.empty((2, 8, 15), np.float32)
+    _core.enlarge(np.stack([ramp, -ramp]), output)
+    rows, columns = np.clip((np.arange(8) + 0.5) / 2 - 0.5, 0, 3), np.clip((np.arange(15) + 0.5) / 3 - 0.5, 0, 4)
+    np.testing.assert_allclose(output[0], np.add.outer(rows, 10 * columns), atol=1e-5)
+    np.testing.assert_array_equal(output[1], -output[0])
 
 
 def test_srgb_goes_both_ways():

@@ -628,6 +628,57 @@ def test_a_frame_traces_as_many_pixels_as_its_time_allows():
     assert pace.pixels(1000, 5.0) == 213
 
 
+def test_samples_of_moving_light_are_no_dots():
+    """A traced pixel in a shadow's edge is as its neighbours, however the fit misses its own light."""
+    scene = bob.Scene(white(sphere_mesh()).translate((0, 0, 1)))
+    view = bob.View(scene, size=(96, 128), light=[bob.Light((1, 1, 2), angle=10)], ground=True)
+    view.frame(turned(0), fraction=0.01)
+    frame = view.frame(turned(2), fraction=0.01)
+    traced = (frame.shown.mask > 0) & (frame.shown.depth == 0)
+    alpha = frame.alpha
+    around = (alpha[:-2, 1:-1] + alpha[2:, 1:-1] + alpha[1:-1, :-2] + alpha[1:-1, 2:]) / 4
+    dots = np.abs(alpha[1:-1, 1:-1] - around)[traced[1:-1, 1:-1]]
+    assert np.count_nonzero(dots > -1) > 50
+    assert np.quantile(dots, 0.95) < 0.01
+
+
+def test_a_moving_frame_is_as_large_as_its_time_allows():
+    pace = _core.LightPace()
+    assert pace.scale(1000, 1.0) == 1  # nothing is known
+    pace.shown(1000, 10.0)
+    assert pace.scale(1000, 15.0) == 1
+    assert pace.scale(1000, 10.0) == 1.25
+    assert pace.scale(1000, 3.6) == 2
+    assert pace.scale(1000, 1e-3) == 3  # at least a third
+    assert pace.scale(1000, 3.6) == 2.5  # a fifth must be left before it grows
+    assert pace.scale(1000, 5.0) == 2
+    pace.shown(250, 5.0)
+    assert pace.scale(1000, 10.0) == 2
+    assert pace.scale(1000, 11.0) == 1.5
+
+
+def test_moving_frames_under_lights_are_smaller_and_enlarged():
+    """Time decides about the size of a frame whose camera moves, and of no other."""
+    scene, size = bob.Scene(bob.happy_tree(), light="studio"), (95, 127)
+    view, whole = bob.View(scene, size=size), bob.View(scene, size=size)
+    first = view.frame(turned(0), ms=1e-3)
+    assert not first.is_enlarged
+    for i in range(1, 6):
+        moving, expected = view.frame(turned(2 * i), ms=1e-3), whole.frame(turned(2 * i), fraction=0.005)
+        assert moving.is_enlarged
+        assert not expected.is_enlarged
+    assert moving.gbuffer.size == moving.shown.size == (32, 42)
+    assert moving.image.shape == moving.alpha.shape == moving.color.shape[:2] == moving.picture().size == size
+    assert 0 < moving.fraction < moving.gbuffer.fraction / 8.5
+    shown = [
+        np.asarray(frame.picture(background="#888").rgba[..., 0], np.float32) / 255 for frame in (moving, expected)
+    ]
+    assert np.abs(shown[0] - shown[1]).mean() < 0.03
+    assert bob.ssim(*shown) > 0.6
+    assert not view.frame(turned(10), ms=1e-3).is_enlarged  # at rest
+    assert not view.frame(turned(12), fraction=0.01).is_enlarged
+
+
 # ---- Doors -----------------------------------------------------------------------------------------------
 
 

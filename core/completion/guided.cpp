@@ -16,8 +16,8 @@ namespace {
 /// Scatter around the fit is detail if it exceeds the noise by this factor, since noise has long tails.
 constexpr float noise_explains = 2;
 
-void complete(const Layout& known, const float* planes, const GuidedSurfaces& surfaces, const Channel& channel, GuidedExtent extent, float* output,
-              float* noise) {
+void complete(const Layout& known, const float* planes, const GuidedSurfaces& surfaces, const Channel& channel, GuidedExtent extent, bool keeps_samples,
+              float* output, float* noise) {
     const int height = surfaces.height(), width = surfaces.width(), components = channel.components;
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     GuidedSamples traced(known, planes, channel, surfaces, extent);
@@ -47,6 +47,7 @@ void complete(const Layout& known, const float* planes, const GuidedSurfaces& su
                         to[x] = extent == GuidedExtent::all || coverage[x] > 0 ? light : 0;
                     }
                 }
+                if (!keeps_samples) continue;
                 for (const GuidedSample& sample : traced.in_tiles(y, left / guided_tiles::width, guided_tiles::across(right))) {
                     const int x = static_cast<int>(sample.column);
                     const std::size_t k = in_block(x), i = row + static_cast<std::size_t>(x);
@@ -69,14 +70,14 @@ void complete(const Layout& known, const float* planes, const GuidedSurfaces& su
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
                      int height, int width, bool covered_only, float* output, float* noise) {
     const GuidedSurfaces surfaces(guides_layout, guides, height, width);
-    complete(known, planes, surfaces, channel, covered_only ? GuidedExtent::surfaces : GuidedExtent::all, output, noise);
+    complete(known, planes, surfaces, channel, covered_only ? GuidedExtent::surfaces : GuidedExtent::all, true, output, noise);
 }
 
 void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha,
-                    float* noise) {
+                    float* noise, bool keeps_samples) {
     const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     if (std::any_of(ground, ground + size, [](float share) { return share > 0; })) {
-        complete(known, planes, GuidedSurfaces(ground, height, width), channels::shadow, GuidedExtent::plane, alpha, noise);
+        complete(known, planes, GuidedSurfaces(ground, height, width), channels::shadow, GuidedExtent::plane, keeps_samples, alpha, noise);
     } else {
         std::fill_n(alpha, size, 0.f);
         if (noise) std::fill_n(noise, size, 0.f);
@@ -85,12 +86,12 @@ void complete_alpha(const Layout& known, const float* planes, const float* cover
 }
 
 void complete_light(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const float* ground,
-                    int height, int width, float* color, float* alpha, float* noise) {
+                    int height, int width, float* color, float* alpha, float* noise, bool keeps_samples) {
     const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     const float* const coverage = guides + static_cast<std::size_t>(guides_layout.place_of(channels::mask)) * size;
     std::vector<float> in_shadow(noise ? size : 0);
-    complete_guided(known, planes, guides_layout, guides, channels::color, height, width, true, color, noise);
-    if (ground) complete_alpha(known, planes, coverage, ground, height, width, alpha, noise ? in_shadow.data() : nullptr);
+    complete(known, planes, GuidedSurfaces(guides_layout, guides, height, width), channels::color, GuidedExtent::surfaces, keeps_samples, color, noise);
+    if (ground) complete_alpha(known, planes, coverage, ground, height, width, alpha, noise ? in_shadow.data() : nullptr, keeps_samples);
     else std::copy_n(coverage, size, alpha);
     if (!noise) return;
     const auto shown = [](float light) { return to_srgb(std::clamp(light, 0.f, 1.f)); };

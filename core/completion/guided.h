@@ -33,15 +33,15 @@ void complete_guided(const Layout& known, const float* planes, const Layout& gui
 /// Completes the alpha of a picture of light, (height, width): coverage by surfaces, plus the shadow on the ground, at most 1.
 ///
 /// planes: of a G-buffer with shadow and variance; coverage: (height, width); ground: (2, height, width) with the ground's share of each
-/// pixel and its depth; noise: as in `complete_guided`, of the shadow.
+/// pixel and its depth; noise: as in `complete_guided`, of the shadow. keeps_samples: as in `complete_light`.
 void complete_alpha(const Layout& known, const float* planes, const float* coverage, const float* ground, int height, int width, float* alpha,
-                    float* noise = nullptr);
+                    float* noise = nullptr, bool keeps_samples = true);
 
 /// Completes a picture of light, with `covered_only`: color, (3, height, width), and alpha, (height, width).
 ///
 /// ground: as in `complete_alpha`, or null; noise: (height, width) or null, receives the standard deviation that noise leaves in the
-/// displayed picture, in sRGB 0..1.
+/// displayed picture, in sRGB 0..1. Without `keeps_samples`, traced pixels show the fit too: of few, each would be a dot.
 void complete_light(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const float* ground,
-                    int height, int width, float* color, float* alpha, float* noise = nullptr);
+                    int height, int width, float* color, float* alpha, float* noise = nullptr, bool keeps_samples = true);
 
 }  // namespace bob

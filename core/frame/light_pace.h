@@ -1,7 +1,8 @@
-/// How many pixels get paths in a frame of moving light.
+/// How large a frame of moving light is, and how many of its pixels get paths.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace bob {
@@ -17,6 +18,21 @@ public:
         const double in_time = for_pixel() > 0 ? std::max(0., left - completing_) / for_pixel() : 0, all = static_cast<double>(total);
         return static_cast<std::size_t>(std::min(all, std::max(least * all, in_time)));
     }
+    /// The divisor of a moving frame's height and width, of `total` pixels at 1: first hits and completing take at most `surfaces` of the
+    /// time. Before the first measurement, 1.
+    double scale(std::size_t total, double time) {
+        const auto fits = [&](double scale) {
+            const double limit = (scale < scale_ ? growing : 1) * surfaces * time;
+            return for_surface_ * static_cast<double>(total) <= limit * scale * scale;
+        };
+        const auto found = std::ranges::find_if(scales, fits);
+        return scale_ = found == scales.end() ? scales.back() : *found;
+    }
+    /// The time for first hits and completing of a frame of `pixels`.
+    void shown(std::size_t pixels, double time) {
+        const double newest_time = time / static_cast<double>(pixels);
+        for_surface_ = for_surface_ == 0 ? newest_time : for_surface_ + newest * (newest_time - for_surface_);
+    }
     void traced(std::size_t pixels, double time) {
         pixels_ = (1 - newest) * pixels_ + static_cast<double>(pixels), time_ = (1 - newest) * time_ + time;
     }
@@ -28,9 +44,13 @@ public:
 
 private:
     static constexpr double newest = 0.3;  // weight of the last frame's times among those before
+    static constexpr double surfaces = 0.7;  // share of a frame's time; the rest is for paths
+    static constexpr double growing = 0.8;   // of that time, for a larger frame than the last: else two sizes would alternate
+    static constexpr std::array scales{1., 1.25, 1.5, 2., 2.5, 3.};
 
     double pixels_ = 0, time_ = 0;  // decaying sums: few pixels, whose call costs more than their paths, count little
     double completing_ = 0;
+    double for_surface_ = 0, scale_ = 1;
 };
 
 }  // namespace bob

@@ -114,7 +114,8 @@ void MovingLight::complete(bool is_smooth, float* color, float* alpha) {
     const bool asks_for_noise = is_at_rest_ && left_ == 0 && !is_noise_known_;
     std::vector<float> planes(LightHistory::plane_count * pixels()), noise(asks_for_noise ? pixels() : 0);
     write(planes.data());
-    complete_light(layout, planes.data(), guides, planes_.data(), ground, height_, width_, color, alpha, asks_for_noise ? noise.data() : nullptr);
+    complete_light(layout, planes.data(), guides, planes_.data(), ground, height_, width_, color, alpha, asks_for_noise ? noise.data() : nullptr,
+                   is_at_rest_);
     if (asks_for_noise) wait_for_more(noise);
     if (is_smooth) smooth_edges(edges_, hits_.data(), hits_of_edge(), planes_.data(), ground, height_, width_, color, alpha);
 }

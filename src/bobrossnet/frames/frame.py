@@ -24,7 +24,7 @@ class Frame:
     image: NDArray[np.float32]
     """(H, W): traced pixels unchanged, the others completed; in 0..1 unless traced values exceed it."""
     gbuffer: GBuffer
-    """All pixels traced so far."""
+    """All pixels traced so far; of a moving view under lights, it may be smaller than the image."""
     fraction: float
     """Share of the pixels traced so far, 1 in the last frame."""
     seconds: float
@@ -42,6 +42,11 @@ class Frame:
     def is_guided(self) -> bool:
         """Whether the image was completed along guides instead of by the network."""
         return self.shown.guides is not None
+
+    @property
+    def is_enlarged(self) -> bool:
+        """Whether the image was completed at a smaller size, and enlarged."""
+        return self.shown.size != self.image.shape
 
     @property
     def color(self) -> NDArray[np.float32]:
@@ -65,7 +70,7 @@ class Frame:
     def picture(self, background: Background = None) -> Picture:
         """Return the frame in sRGB, on a background as in `render`."""
         color, alpha = self.color, self.alpha
-        if self.is_guided:
+        if self.is_guided and not self.is_enlarged:
             color, alpha = smoothed(self.shown, color, alpha)
         return picture_of(color, alpha, background)
 

@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 from bobrossnet import _core
+from bobrossnet.color import luminance
 from bobrossnet.completion.guided import completed_gray
 from bobrossnet.completion.network import Network
 from bobrossnet.frames.frame import Frame
@@ -41,27 +42,41 @@ class LitFrames:
     close = forget  # no call outlives its frame
 
     def frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
-        """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds."""
-        moving = self._turned_to(camera)
-        total = self._size[0] * self._size[1]
+        """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds.
+
+        A moving picture without a count is smaller if first hits and completing would take too long; it is enlarged."""
+        begin = time.perf_counter()
+        moving = self._turned_to(camera, None if count is not None else budget)
+        size = moving.size
         tracing = time.perf_counter()
+        total = size[0] * size[1]
         traced = moving.trace_next(self._pace.pixels(total, budget - (tracing - start)) if count is None else count)
         completing = time.perf_counter()
         self._pace.traced(traced, completing - tracing)
-        picture = np.empty((4, *self._size), np.float32)
-        moving.complete(False, picture)
-        planes, mask = untraced_planes(self._size, HELD), np.empty((1, *self._size), np.float32)
+        is_enlarged = size != self._size
+        picture = np.empty((4, *size), np.float32)
+        moving.complete(is_enlarged, picture)
+        planes, mask = untraced_planes(size, HELD), np.empty((1, *size), np.float32)
         moving.write(planes)
         moving.write_mask(mask)
         shown, own = (GBuffer.from_stack(each, HELD, self._guides, False) for each in (planes, planes * mask))
+        fraction = own.fraction
+        if not moving.is_at_rest:
+            self._pace.shown(total, tracing - begin + time.perf_counter() - completing)
+        if is_enlarged:
+            smaller, picture = picture, np.empty((4, *self._size), np.float32)
+            _core.enlarge(smaller, picture)
+            fraction *= total / (self._size[0] * self._size[1])
         color, alpha = np.moveaxis(picture[:3], 0, -1), picture[3]
-        image = completed_gray(shown, color)
+        image = luminance(color) if is_enlarged else completed_gray(shown, color)
         end = time.perf_counter()
         self._pace.completed(end - completing)
-        return Frame(image, own, own.fraction, end - start, self._network, shown, color, alpha)
+        return Frame(image, own, fraction, end - start, self._network, shown, color, alpha)
 
-    def _turned_to(self, camera: Camera | None) -> _core.MovingLight:
-        """Return the light as a camera sees it; the camera rests if it is the last frame's, or None."""
+    def _turned_to(self, camera: Camera | None, budget: float | None) -> _core.MovingLight:
+        """Return the light as a camera sees it; the camera rests if it is the last frame's, or None.
+
+        While it moves, the picture's size depends on the budget in seconds, if there is one."""
         moving = self._moving
         if moving is None or camera not in (None, self._camera):
             camera = camera or as_camera(None, self._scene)
@@ -69,11 +84,18 @@ class LitFrames:
                 lights = lights_in_core(self._scene, lights_of(self._light, camera) or [], self._ground)
                 moving = self._moving = _core.MovingLight(self._scene.core, lights, self._seed)
             self._camera = camera
-            moving.move(camera.core(self._scene.center, self._scene.radius), *self._size)
+            scale = 1.0 if budget is None else self._pace.scale(self._size[0] * self._size[1], budget)
+            self._move(moving, (max(1, round(self._size[0] / scale)), max(1, round(self._size[1] / scale))))
         elif moving.is_at_rest:
             return moving
         else:
+            if moving.size != self._size:
+                self._move(moving, self._size)
             moving.rest()
         planes, at_edges, hits = moving.first_hits()
         self._guides = first_surfaces(planes, Edges(at_edges, hits), self._ground)
         return moving
+
+    def _move(self, moving: _core.MovingLight, size: Size) -> None:
+        assert self._camera is not None
+        moving.move(self._camera.core(self._scene.center, self._scene.radius), *size)

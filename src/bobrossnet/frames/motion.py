@@ -111,7 +111,8 @@ class View:
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
             given. If it suffices for a dense picture, samples are not reprojected. If rays are fast, the picture is
-            refined in squares, row by row, and complete if there is time for all pixels.
+            refined in squares, row by row, and complete if there is time for all pixels. Under lights, a frame whose
+            first hits would take too long is made smaller while the camera moves, and enlarged.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
@@ -120,7 +121,7 @@ class View:
         Frame
             `gbuffer` and `fraction` include only pixels traced with this camera; `image` also shows reprojected
             samples. `error` is predicted from the former. Under lights, a pixel's paths of earlier cameras stay in its
-            mean until the camera rests.
+            mean until the camera rests. `gbuffer` and `shown` of a frame that was enlarged have its smaller size.
 
         Raises
         ------

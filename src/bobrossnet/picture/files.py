@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import to_srgb
+from bobrossnet import _core
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, check_array, check_finite, shape_of
@@ -53,7 +53,8 @@ def color_to_8_bit(color: F32) -> U8:
 
     The one tone curve of all pictures, exact or completed, white or coloured; values above 1 are clamped to white.
     """
-    return to_8_bit(to_srgb(color))
+    values = np.ascontiguousarray(color, np.float32)
+    return _core.displayed(values.reshape(-1)).reshape(values.shape)
 
 
 def traced_on_green(gbuffer: GBuffer) -> U8:

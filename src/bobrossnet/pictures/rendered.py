@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_8_bit, to_srgb
-from bobrossnet.picture.files import png, to_8_bit, write_picture
+from bobrossnet import _core
+from bobrossnet.color import from_8_bit
+from bobrossnet.picture.files import png, write_picture
 from bobrossnet.support.threads import lazy
 
 
@@ -46,9 +47,7 @@ class Picture:
     @lazy
     def rgba(self) -> NDArray[np.uint8]:
         """(H, W, 4) uint8: sRGB with straight alpha, as in PNG; 0 on the background."""
-        own = self.color / np.maximum(self.alpha, np.float32(1e-6))[..., None]
-        rgba = to_8_bit(np.concatenate([to_srgb(own), self.alpha[..., None]], axis=-1))
-        rgba[rgba[..., 3] == 0] = 0
+        rgba = _core.rgba(self.color, self.alpha)
         rgba.flags.writeable = False
         return rgba
 
