@@ -242,6 +242,9 @@ def test_parts_move_apart(machine):
 def test_one_line_names_similar_parts(machine):
     with pytest.raises(bob.InputError, match="such as housing/bolt, got 'blot'"):
         machine.part("blot")
+    alone = bob.Scene(bob.Instance(bob.happy_tree(), name="tree"))
+    with pytest.raises(bob.InputError, match=r"^part: expected the only part, tree, got 'blot'"):
+        alone.part("blot")
     twice = bob.Scene([machine, machine])
     with pytest.raises(bob.InputError, match="2 parts are called 'bolt': housing/bolt, housing 2/bolt"):
         twice.part("bolt")

@@ -79,7 +79,7 @@ export class Tree {
     if (found.length === 1) return found[0];
     const shown = (found.length ? found : parts).slice(0, 5).map(({ path }) => path).join(", "), name = String(which).slice(0, 100);
     if (found.length) throw new Error(`part: expected a path, as ${found.length} parts are called '${name}': ${shown}`);
-    throw new Error(`part: expected one of the ${parts.length} parts, such as ${shown}, got '${name}'`);
+    throw new Error(`part: expected ${parts.length === 1 ? "the only part," : `one of the ${parts.length} parts, such as`} ${shown}, got '${name}'`);
   }
 }
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError
-from bobrossnet.support.messages import errors_at
+from bobrossnet.support.messages import counted, errors_at
 from bobrossnet.tracing.instance import Instance
 
 
@@ -62,7 +62,7 @@ def read_cpt(file: Path) -> list[Instance]:
     for number, row in enumerate(rows, 1):
         with errors_at(f"row {number}"):
             if len(row) != len(rows[0]):
-                raise InputError(f"expected {len(rows[0])} points as in the first row, got {len(row)}")
+                raise InputError(f"expected {counted(len(rows[0]), 'point')} as in the first row, got {len(row)}")
             points = [numbers(point.split(",")) for point in row]
             if any(len(point) != 3 for point in points):
                 raise InputError("expected points of three numbers x,y,z, got others")

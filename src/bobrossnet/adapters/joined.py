@@ -14,6 +14,7 @@ from bobrossnet.adapters.surface import Surface
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import counted
 from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.scene import MAX_INSTANCES
 
@@ -48,7 +49,7 @@ class Joined(NamedTuple):
         vertices, triangles, *_ = self.part
         total = len(triangles)
         if total == 0:
-            got = f"a point cloud of {len(vertices):,} points" if len(vertices) else "none"
+            got = f"a point cloud of {counted(len(vertices), 'point')}" if len(vertices) else "none"
             raise InputError(f"expected triangles, got {got}")
         # Comparisons with NaN are false, so NaN is unusable.
         usable = np.ones(len(vertices), dtype=bool)

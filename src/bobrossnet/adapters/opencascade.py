@@ -19,7 +19,7 @@ from bobrossnet.adapters.part import Found, Part
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.support.errors import InputError
-from bobrossnet.support.messages import name_of, one_line, warn_of
+from bobrossnet.support.messages import counted, name_of, one_line, warn_of
 from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
 
@@ -133,7 +133,7 @@ def _read(file: Path, kind: str) -> Found[Instance]:
     if not instances:
         raise InputError(f"expected faces, got {assembly.total:,} that can't be converted ({dropped[0]})")
     if dropped:
-        warn_of(file, f"left out {len(dropped):,} of {assembly.total:,} faces ({dropped[0]})")
+        warn_of(file, f"left out {len(dropped):,} of {counted(assembly.total, 'face')} ({dropped[0]})")
     return Found(instances, UNIT)
 
 

@@ -26,7 +26,7 @@ from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.splines import MAX_DEGREE
 from bobrossnet.support.errors import InputError, InputWarning
-from bobrossnet.support.messages import name_of, one_line, warn_of
+from bobrossnet.support.messages import counted, name_of, one_line, warn_of
 from bobrossnet.support.units import unit_of_word
 from bobrossnet.tracing.instance import Instance, Piece
 from bobrossnet.tracing.material import Material
@@ -154,12 +154,15 @@ class _Reader:
             raise InputError(f"expected surfaces or meshes, got {reasons[0] if reasons else kinds or 'none'}")
         if self.refused_faces:
             warn_of(
-                self.file, f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})"
+                self.file,
+                f"left out {len(self.refused_faces):,} of {counted(self.faces, 'face')} ({self.refused_faces[0]})",
             )
         if self.refused:
             warn_of(self.file, f"left out {len(self.refused):,} objects ({self.refused[0]})")
         if self.untrimmed:
-            warn_of(self.file, f"trims of {self.untrimmed:,} of {self.faces:,} faces can't be read: shown whole")
+            warn_of(
+                self.file, f"trims of {self.untrimmed:,} of {counted(self.faces, 'face')} can't be read: shown whole"
+            )
         return found
 
     # ---- Objects -----------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bobrossnet.command_line.report import Report, add_report, plural
+from bobrossnet.support.messages import counted
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -139,7 +140,7 @@ def _light(scene: bob.Scene) -> str:
         discs = sum(isinstance(light, Light) for light in several)
         skies = (light for light in several if isinstance(light, Sky))
         names = ["a sky" if sky.image is None else "an environment" for sky in skies]
-        text = " and ".join([*([f"{discs} disc{'s' * (discs > 1)}"] if discs else []), *names]) or "none"
+        text = " and ".join([*([counted(discs, "disc")] if discs else []), *names]) or "none"
     return text + ", on a ground" * shows_shadows(scene, None, None)
 
 

@@ -17,6 +17,7 @@ from bobrossnet.shapes.picture import Picture, channels_of, picture_of
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
+from bobrossnet.support.messages import counted
 from bobrossnet.support.threads import lazy
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
@@ -327,7 +328,7 @@ class Mesh(Shape):
         return Mesh.from_tensors(turned, self.picture)
 
     def __repr__(self) -> str:
-        return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+        return f"Mesh({len(self.vertices)} vertices, {counted(len(self.triangles), 'triangle')})"
 
 
 def rounded(vertices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -427,7 +427,7 @@ class Brep(Shape):
         return {"face": len(self.faces)}
 
     def __repr__(self) -> str:
-        return f"Brep({len(self.faces)} faces)"
+        return f"Brep({counted(len(self.faces), 'face')})"
 
 
 def _numbers(numbers: Any, count: int) -> NDArray[np.int32]:

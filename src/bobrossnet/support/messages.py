@@ -21,6 +21,16 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
+def were(count: int, noun: str) -> str:
+    """Return a number, a noun and a verb: 1 face was, 2 faces were."""
+    return f"{counted(count, noun)} {'was' if count == 1 else 'were'}"
+
+
+def kept_and_failed(kept: int, noun: str, failed: int) -> str:
+    """Return the end of the line about the files of a folder."""
+    return f"{were(kept, noun)} there, {counted(failed, 'file')} left out"
+
+
 def left_out(file: Path, error: str) -> str:
     """Return the line about a file of a folder that failed: its whole path, since names repeat in subfolders."""
     return f"left out: {one_line(file)}: {error.removeprefix(f'{name_of(file)}: ')}"

@@ -286,7 +286,8 @@ def find_part(scene: Shown, which: Any) -> Part:
     texts = {text.lower(): str(part) for part in parts for text in (part.name, str(part))}
     near = dict.fromkeys(texts[text] for text in get_close_matches(name.lower(), texts, MAX_SHOWN))
     shown = [one_line(text) for text in [*near] or [str(part) for part in parts[:MAX_SHOWN]]]
-    raise InputError(f"part: expected one of the {len(parts):,} parts, such as {', '.join(shown)}, got {name!r}")
+    which_are = "the only part," if len(parts) == 1 else f"one of the {len(parts):,} parts, such as"
+    raise InputError(f"part: expected {which_are} {', '.join(shown)}, got {name!r}")
 
 
 # ---- Scenes of some parts --------------------------------------------------------------------------------

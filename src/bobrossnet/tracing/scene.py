@@ -30,6 +30,7 @@ from bobrossnet.support.errors import (
     check_number,
     each_of,
 )
+from bobrossnet.support.messages import counted
 from bobrossnet.support.threads import lazy
 from bobrossnet.support.units import check_unit
 from bobrossnet.support.units import factor as unit_factor
@@ -156,7 +157,7 @@ class Scene:
 
     def describe(self) -> str:
         """Return a short description of the contents."""
-        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in self.counts().items())
+        return ", ".join(counted(count, noun) for noun, count in self.counts().items())
 
     def counts(self) -> dict[str, int]:
         """Return the number of shapes and of their primitives, such as triangles; each instance adds its own."""
