@@ -114,7 +114,8 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     @tool
     def describe(file: str | None = None, script: str | None = None, up: str = "z") -> dict[str, Any]:
         """Kinds, unit, size, counts, and for each part bounds, area, volume, whether it is closed or inside out; pairs
-        of parts that overlap; warnings of the reader."""
+        of parts that overlap; warnings of the reader. All is of the uncut shape: sections of look change none of it.
+        Faces are counted as pick numbers them: a face around a whole cylinder is read as two."""
         return described(*space.scene(file, script, up))
 
     @tool
