@@ -58,7 +58,7 @@ def main() -> None:
         for part, color in zip((plate, letters, heart), colors, strict=True)
     ]
     camera = bob.fitted(shapes, bob.Camera(azimuth=-80, elevation=55), size=(320, 960))
-    bob.render(shapes, camera, size=(320, 960), samples=2, background="#fff").save("name_plate.png")
+    bob.render(shapes, camera, size=(320, 960), samples=4, background="#fff").save("name_plate.png")
     plate.union(letters, heart).save("name_plate.stl", step=0.02)  # for a 3D printer
     print(f"name_plate.png and name_plate.stl: {name}")
 

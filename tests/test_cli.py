@@ -315,16 +315,29 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
     (tmp_path / "a.obj").write_text(TRIANGLE)
     assert cli.main(["evaluate", str(tmp_path), "--size", "32x32"]) == 0
     printed = capsys.readouterr().out
-    assert "1 pictures of 1 shapes" in printed
+    assert "1 picture of 1 shape." in printed
     assert "delaunay-linear" in printed
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("speed=9", "speed=9: expected NAME=VALUE with a name of"),
+        ("epochs=many", "epochs=many: expected a value of type int"),
+        ("--devices=none", "devices=none: expected a value of type int"),
+    ],
+)
+def test_wrong_settings_of_a_training_are_one_line(setting, message, tmp_path, capsys):
+    (tmp_path / "zarr.json").touch()
+    assert cli.main(["train", str(tmp_path), "run", setting]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith(f"bobrossnet: error: {message}")
+    assert printed.err.count("\n") == 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["train", "data", "run", "speed=9"], "speed=9: expected NAME=VALUE with a name of"),
-        (["train", "data", "run", "epochs=many"], "epochs=many: expected a value of type int"),
-        (["train", "data", "run", "--devices", "none"], "devices=none: expected a value of type int"),
         (["train", "missing", "run"], "missing: expected a data set, got none"),
         (["evaluate", "missing"], "missing"),
         (["render", "missing.ply"], "missing.ply: "),

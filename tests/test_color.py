@@ -517,6 +517,8 @@ def test_pictures_show_and_write_themselves(scene, tmp_path):
     ("arguments", "message"),
     [
         ({"samples": 0}, "samples: expected an integer in 1..64, got 0"),
+        ({"samples": 3}, "samples: expected one of 1, 4, 9, 16, 25, 36, 49, 64, got 3"),
+        ({"light": "lamp"}, "light: expected headlight, studio or the path of an environment, got 'lamp'"),
         ({"background": "weiss"}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'weiss'"),
         ({"background": 3}, "background: expected #rrggbb, a CSS name or 3 numbers, got 3"),
         ({"background": ("#fff", "x")}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'x'"),

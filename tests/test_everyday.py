@@ -426,7 +426,7 @@ def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest
     told = capsys.readouterr()
     lines = [line for line in told.err.splitlines() if not line.startswith("drawing: ")]
     assert lines == [f"left out: {folder}/deeper/broken.obj: expected triangles, got none"]
-    assert re.search(rf"wrote 2 pictures to {out} in .* s; 0 were there, 1 file left out\n$", told.out)
+    assert re.search(rf"wrote 2 pictures to {out} in .* s; 0 pictures were there, 1 file left out\n$", told.out)
     assert opened(sheet).size[0] > 32
     assert opened(out / "rod.ply.png").convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
     next(folder.rglob("broken.obj")).unlink()

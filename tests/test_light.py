@@ -477,7 +477,7 @@ def test_edges_within_a_texture_are_means_over_their_pixels():
 
 
 def test_the_ground_shows_shadows_and_nothing_else():
-    picture = bob.render(white(sphere_mesh()), bob.Camera(zoom=0.5), size=(96, 128), light="studio", samples=2)
+    picture = bob.render(white(sphere_mesh()), bob.Camera(zoom=0.5), size=(96, 128), light="studio", samples=4)
     alpha, color = picture.alpha, picture.color
     hit = bob.trace(sphere_mesh(), bob.Camera(zoom=0.5), size=(96, 128)).alpha > 0
     away = ~inner(~hit, 1) == False  # noqa: E712

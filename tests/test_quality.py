@@ -71,7 +71,7 @@ def test_the_page(done, quality):
         "| delaunay-linear, adaptive",
         "| pull-push, uniform",
         "## Temporal stability\n\n### On real shapes\n\nOn orbits at 5 %, default kept, adaptive flickers by ",
-        "Flicker in gray levels of 255, means over 1 shapes",
+        "Flicker in gray levels of 255, means over 1 shape.",
         "Flicker of default kept, adaptive, change in percent:",
         "| method          | parameters | multiply-adds a pixel |",
         "quality/curves-own.png",

@@ -217,7 +217,7 @@ def test_the_command_prints_it(folder, capsys, monkeypatch):
     assert "Flicker" not in capsys.readouterr().out
     assert cli.main(["evaluate", str(folder), *options, "--stability"]) == 0
     printed = capsys.readouterr().out
-    assert "Flicker in gray levels of 255, means over 1 shapes" in printed
+    assert "Flicker in gray levels of 255, means over 1 shape." in printed
     assert "| from delaunay-linear |" in printed
 
 

@@ -389,7 +389,7 @@ def test_positions_of_a_pixel_follow_each_other(batch):
 
     if batch:
         tracer.batch = batch
-    *_, frame = bob.progressive(tracer=tracer, size=(6, 8), fraction=0.5, samples=5)  # as 4
+    *_, frame = bob.progressive(tracer=tracer, size=(6, 8), fraction=0.5, samples=4)
     assert all(places.dtype == np.float64 for places in asked)
     if batch:
         assert all(len(places) == batch for places in asked)
@@ -429,6 +429,8 @@ def test_samples_that_make_no_sense():
         bob.progressive(bob.happy_tree(), samples=4)
     with pytest.raises(bob.InputError, match=r"^samples: expected an integer in 1\.\.64, got 65"):
         bob.progressive(tracer=disc, samples=65)
+    with pytest.raises(bob.InputError, match=r"^samples: expected one of 1, 4, 9, .* got 5"):
+        bob.progressive(tracer=disc, samples=5)
 
     def tracer(places):
         return disc(places)

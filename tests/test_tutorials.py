@@ -100,7 +100,7 @@ SMALLER = {
     "fraction=0.1)": 'fraction=0.1, size="64x48")',
     'size="64x48", fraction=0.1, size="64x48"': 'size="64x48", fraction=0.1',
     "--light studio": "--light studio --size 64x48",
-    'light="studio"': 'light="studio", samples=2',
+    'light="studio"': 'light="studio", samples=1',
 }
 
 

@@ -35,14 +35,14 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.support.atomic import check_folder
 from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
-from bobrossnet.support.messages import name_of, one_line, warn_of
+from bobrossnet.support.messages import counted, name_of, one_line, warn_of
 from bobrossnet.support.paths import VIEWER, check_file, is_path, path_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import READERS, Scene, SceneLike, as_scene
 from bobrossnet.tracing.upright import seems_to_lie
 
-SAMPLE = "sample:"
-"""Begins the name of a shape that the package brings."""
+SAMPLE, HAPPY_TREE = "sample:", "happy_tree"
+"""The start of the names of shapes that the package brings, and the name of its tree."""
 
 MESH_ENDINGS = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf")
 GLTF = (".glb", ".gltf")
@@ -120,6 +120,8 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     check_up(up)
     is_one = is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source)
     each = [source] if is_one else list(each_of("source", source, "a path, a shape or several"))
+    for path in filter(is_path, each):  # all are checked before the first is read
+        _check_source(path)
     items = [_loaded(item) if is_path(item) else item for item in each]
     _warn_of_units(each, items)
     only = items[0] if len(items) == 1 else None
@@ -153,6 +155,22 @@ def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
             warnings.warn(text, InputWarning, stacklevel=3)
 
 
+def _check_source(path: str | bytes | os.PathLike[str]) -> None:
+    """Raise InputError unless a path is the name of a sample, or a file with a known ending."""
+    if isinstance(path, str) and path.startswith(SAMPLE):
+        check_choice(SAMPLE.rstrip(":"), path.removeprefix(SAMPLE), (HAPPY_TREE, *sorted(_samples())))
+        return
+    file = path_of(path)
+    with _errors_of_one_line(file, "scene"):
+        check_file(file)
+        if (ending := file.suffix.lower()) not in ALL_ENDINGS:
+            raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
+
+
+def _samples() -> dict[str, Path]:
+    return {file.stem: file for file in (VIEWER / "gallery").glob("*") if file.suffix in (".bob", ".sdf")}
+
+
 def check_up(up: str) -> None:
     """Raise InputError unless it is an axis that points up in files."""
     check_choice("up", up, UPS)
@@ -181,26 +199,19 @@ def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
             scene.has_front = ending in GLTF  # it says that +z is its front, which is -y once it stands
             return scene
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
-        check_file(file)
         if ending in IMPLICIT_READERS:
             # Scenes are made here, so that their errors name the file.
             return Scene(Instance(IMPLICIT_READERS[ending](file), name=file.name))
-        if ending in INSTANCE_READERS:
-            if file.stat().st_size == 0:
-                raise InputError("expected a scene, got an empty file")
-            found = INSTANCE_READERS[ending](file)
-            return Scene(found, unit=found.unit) if isinstance(found, Found) else as_scene(found)
-        raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
+        if file.stat().st_size == 0:
+            raise InputError("expected a scene, got an empty file")
+        found = INSTANCE_READERS[ending](file)
+        return Scene(found, unit=found.unit) if isinstance(found, Found) else as_scene(found)
 
 
 def sample(name: str) -> SceneLike:
     """A shape of the gallery, `sample:gear`, or the built-in tree, `sample:happy_tree`."""
-    shapes = {file.stem: file for file in (VIEWER / "gallery").glob("*") if file.suffix in (".bob", ".sdf")}
     chosen = name.removeprefix(SAMPLE)
-    if chosen == "happy_tree":
-        return Instance(happy_tree(), name="happy tree")
-    check_choice(SAMPLE.rstrip(":"), chosen, ("happy_tree", *sorted(shapes)))
-    return _loaded(shapes[chosen])
+    return Instance(happy_tree(), name="happy tree") if chosen == HAPPY_TREE else _loaded(_samples()[chosen])
 
 
 def shape_files(place: str | os.PathLike[str]) -> list[Path]:
@@ -292,7 +303,8 @@ def _read_mesh(path: str | bytes | os.PathLike[Any], *, takes_shapes: bool = Tru
         drawn = read.drawn() if total or not found.shapes else read
     if dropped := total - len(drawn.part.triangles):
         warnings.warn(
-            f"{name_of(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
+            f"{name_of(file)}: left out {dropped:,} of {counted(total, 'triangle')} that touch a missing or non-finite "
+            "vertex",
             InputWarning,
             stacklevel=3,
         )

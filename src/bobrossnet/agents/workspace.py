@@ -74,6 +74,15 @@ def highlighted(scene: Scene, names: Sequence[str]) -> Scene:
     return scene.highlight(*(part.path for part in parts)) if parts else scene
 
 
+def check_folders(folders: Sequence[str | os.PathLike[str]]) -> list[Path]:
+    """Return the real paths of folders; raise InputError if one of them is no folder."""
+    paths = [Path(os.path.realpath(folder)) for folder in folders]
+    for path in paths:
+        if not path.is_dir():
+            raise InputError(f"{path}: expected a folder, got none")
+    return paths
+
+
 class Workspace:
     """Files below some folders.
 
@@ -84,10 +93,7 @@ class Workspace:
     """
 
     def __init__(self, folders: Sequence[str | os.PathLike[str]]) -> None:
-        self.folders = [Path(os.path.realpath(folder)) for folder in folders]
-        for folder in self.folders:
-            if not folder.is_dir():
-                raise InputError(f"{folder}: expected a folder, got none")
+        self.folders = check_folders(folders)
         self.last: Look | None = None
         self._read: dict[tuple[Any, ...], tuple[Scene, list[str]]] = {}
 

@@ -9,32 +9,70 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 from bobrossnet.adapters.files import ALL_ENDINGS, KINDS, UPS
 from bobrossnet.picture.camera import FRONT, VIEWS, Camera, as_camera
-from bobrossnet.pictures.background import BLACK
+from bobrossnet.picture.order import check_size
+from bobrossnet.picture.samples import grid_side
+from bobrossnet.pictures.background import BLACK, background_rows
 from bobrossnet.pictures.drawing import Edges
-from bobrossnet.support.errors import InputError
+from bobrossnet.support.errors import InputError, brief, check_choice, check_integer, check_number
 from bobrossnet.tracing.scene import Scene
-from bobrossnet.tracing.section import Section
+from bobrossnet.tracing.section import Section, check_sections
 
 FILES = "; ".join(
     [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
 )
 
+Value = TypeVar("Value")
+
+
+def checked(name: str, check: Callable[[str], Value]) -> Callable[[str], Value]:
+    """Return an argparse type from a check of the library: errors start with the option instead of `name`."""
+
+    def parsed(text: str) -> Value:
+        try:
+            return check(text)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(str(error).removeprefix(f"{name}: ")) from None
+
+    return parsed
+
+
+def integer(low: int, high: int) -> Callable[[str], int]:
+    """Return an argparse type of integers in [low, high]."""
+    return checked("number", lambda text: check_integer("number", _number(int, text), low, high))
+
+
+def number(low: float, high: float = math.inf, *, above: bool = False) -> Callable[[str], float]:
+    """Return an argparse type of numbers in [low, high], or (low, high] if `above`."""
+    return checked("number", lambda text: check_number("number", _number(float, text), low, high, above=above))
+
+
+def _number(kind: Callable[[str], Any], text: str) -> Any:
+    try:
+        return kind(text)
+    except ValueError:
+        what = "an integer" if kind is int else "a number"
+        raise InputError(f"expected {what}, got {brief(text, of_type=False)}") from None
+
 
 def add_files(parser: argparse.ArgumentParser) -> None:
     """Add the shape files that a command is about."""
     parser.add_argument("files", nargs="*", metavar="FILE", help=f"{FILES}; sample:NAME; - reads standard input")
-    parser.add_argument("--format", metavar="ENDING", help="format of standard input, such as stl")
+    parser.add_argument(
+        "--format", type=checked("format", _ending), metavar="ENDING", help="format of standard input, such as stl"
+    )
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
     """Return the scene of the given files, with the requested up axis and sections."""
     import bobrossnet as bob
 
+    sections = check_sections(getattr(options, "section", None))  # before the files are read
     with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
         files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
         scene = bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
@@ -42,7 +80,7 @@ def scene_of(options: argparse.Namespace) -> Scene:
         scene = scene.isolate(*map(_part, only))
     if hidden := getattr(options, "hide", None):
         scene = scene.hide(*map(_part, hidden))
-    return scene.sectioned(getattr(options, "section", None))
+    return scene.sectioned(sections)
 
 
 def _part(text: str) -> str | int:
@@ -59,24 +97,30 @@ def add_parts(parser: argparse.ArgumentParser) -> None:
 
 def _of_standard_input(ending: str | None, folder: str) -> str:
     """A file with the bytes of standard input."""
-    known = f".{(ending or '').lower().lstrip('.')}"
-    if known not in ALL_ENDINGS:
-        raise InputError(
-            f"--format: expected the format of standard input, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}"
-        )
+    if ending is None:
+        raise InputError(f"--format: expected the format of standard input, one of {' '.join(ALL_ENDINGS)}, got none")
     if sys.stdin is None:
         raise InputError("-: expected shapes on standard input, which is closed")
-    file = os.path.join(folder, f"standard input{known}")
+    file = os.path.join(folder, f"standard input{ending}")
     with open(file, "wb") as copy:
         shutil.copyfileobj(sys.stdin.buffer, copy)
     return file
 
 
-def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:
+def _ending(text: str) -> str:
+    """Return the ending of a format, such as .stl of STL."""
+    return check_choice("format", f".{text.lower().lstrip('.')}", ALL_ENDINGS)
+
+
+def add_size(
+    parser: argparse.ArgumentParser,
+    default: tuple[int, int] = (480, 640),
+    check: Callable[[str], tuple[int, int]] = check_size,
+) -> None:
     """Add --size of pictures."""
     height, width = default
     what = f"size in pixels (default: {width}x{height})"
-    parser.add_argument("--size", type=size, default=default, metavar="WIDTHxHEIGHT", help=what)
+    parser.add_argument("--size", type=checked("size", check), default=default, metavar="WIDTHxHEIGHT", help=what)
 
 
 def add_fraction(container: argparse._ActionsContainer, default: float | None, told: str = "") -> None:
@@ -134,14 +178,30 @@ def add_model(parser: argparse.ArgumentParser) -> None:
 def add_samples(parser: argparse.ArgumentParser, default: int | None, what: str, told: str = "") -> None:
     """Add --samples of each pixel; `told` describes a default that depends on other arguments."""
     parser.add_argument(
-        "--samples", type=int, default=default, metavar="N", help=f"{what} (default: {told or default})"
+        "--samples",
+        type=checked("samples", _samples),
+        default=default,
+        metavar="N",
+        help=f"{what} (default: {told or default})",
     )
+
+
+def _samples(text: str) -> int:
+    samples: int = _number(int, text)
+    grid_side(samples)
+    return samples
+
+
+def add_seed(parser: argparse.ArgumentParser, of: str, high: int) -> None:
+    """Add --seed; `of` names the random numbers."""
+    parser.add_argument("--seed", type=integer(0, high), default=0, help=f"seed of {of} (default: 0)")
 
 
 def add_background(parser: argparse.ArgumentParser, default: str | None, told: str = "") -> None:
     """Add --background, parsed by `background`; `told` describes a default that depends on other arguments."""
     parser.add_argument(
         "--background",
+        type=checked("background", _background),
         metavar="COLOR",
         default=default,
         help="transparent, or a colour such as #ffffff, or two for top and bottom: #ffffff,#99bbdd "
@@ -174,9 +234,17 @@ def add_edges(parser: argparse.ArgumentParser) -> None:
         "--hidden", action="store_true", help="also draw hidden borders and creases, thin and dashed; implies --edges"
     )
     parser.add_argument(
-        "--line-width", type=positive, metavar="PIXELS", help="width of edges at any zoom (default: 1.5)"
+        "--line-width",
+        type=checked("width", lambda text: Edges(width=_number(float, text)).width),
+        metavar="PIXELS",
+        help="width of edges at any zoom (default: 1.5)",
     )
-    parser.add_argument("--line-color", metavar="COLOR", help="colour of edges (default: #000000)")
+    parser.add_argument(
+        "--line-color",
+        type=checked("color", lambda text: Edges(color=text).color),
+        metavar="COLOR",
+        help="colour of edges (default: #000000)",
+    )
 
 
 def edges(options: argparse.Namespace, wanted: bool = False) -> Edges | None:
@@ -193,19 +261,11 @@ def add_section(parser: argparse.ArgumentParser, told: str = "cut the shapes ope
     parser.add_argument(
         "--section",
         action="append",
-        type=section,
+        type=checked("section", Section),
         metavar="PLANE",
         help=f"{told}: x=0 or x<0 keeps the side of smaller x, so that the default camera sees the cut; x>0 keeps the "
         "other side; in the shapes' units; may be given up to six times",
     )
-
-
-def section(text: str) -> Section:
-    """Parse a section such as x=0."""
-    try:
-        return Section(text)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix("section: ")) from None
 
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
@@ -219,7 +279,7 @@ def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tup
     parser.add_argument("-o", "--out", required=True, metavar="OUT", help=f"{told}; created if it does not exist")
     add_size(parser, size)
     add_up(parser)
-    add_samples(parser, 4, "maximum number of rays for a pixel at an edge: 1, 4 or 16")
+    add_samples(parser, 4, "maximum number of rays for a pixel at an edge, a square from 1 to 64")
     add_background(parser, "transparent")
     add_light(parser)
     add_scheduler(parser)
@@ -254,16 +314,6 @@ def camera_of(options: argparse.Namespace, scene: Scene | None = None) -> Camera
     return replace(as_camera(None, scene), **given)
 
 
-def size(text: str) -> tuple[int, int]:
-    """Parse WIDTHxHEIGHT to (height, width)."""
-    from bobrossnet.picture.order import check_size
-
-    try:
-        return check_size(text)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix("size: ")) from None
-
-
 def fraction(text: str) -> float:
     number, percent, rest = text.partition("%")
     try:
@@ -275,14 +325,7 @@ def fraction(text: str) -> float:
     return value
 
 
-def positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a number above 0, got {text!r}")
-    return value
+positive = number(0, above=True)
 
 
 def background(text: str | None) -> str | tuple[str, str] | None:
@@ -291,6 +334,11 @@ def background(text: str | None) -> str | tuple[str, str] | None:
         return None
     first, comma, second = (text or BLACK).partition(",")
     return (first, second) if comma else first
+
+
+def _background(text: str) -> str:
+    background_rows(background(text), 1)
+    return text
 
 
 def numbers(text: str) -> tuple[float, ...]:

@@ -29,6 +29,7 @@ from bobrossnet.command_line.arguments import (
     add_light,
     add_up,
     background,
+    integer,
     positive,
     scene_of,
     with_lists_joined,
@@ -36,7 +37,7 @@ from bobrossnet.command_line.arguments import (
 from bobrossnet.pictures.background import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
-from bobrossnet.support.machine import limit_memory
+from bobrossnet.support.machine import MAX_PORT, limit_memory
 from bobrossnet.support.messages import counted
 
 USAGE_ERROR = 2
@@ -164,7 +165,9 @@ def parser() -> argparse.ArgumentParser:
     )
     view.set_defaults(run=_view)
     add_files(view)
-    view.add_argument("--port", type=int, default=0, help="port of the page; 0 takes a free one (default: 0)")
+    view.add_argument(
+        "--port", type=integer(0, MAX_PORT), default=0, help="port of the page; 0 takes a free one (default: 0)"
+    )
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
     add_up(view)
     add_fov(view)
@@ -218,6 +221,7 @@ def _view(options: argparse.Namespace) -> None:
     from bobrossnet.page.files import page_files, scene_address, title_of, tree
     from bobrossnet.page.look import attributes
     from bobrossnet.page.server import Server
+    from bobrossnet.support.atomic import check_folder, check_writable
     from bobrossnet.support.errors import InputError
     from bobrossnet.tracing.light import HEADLIGHT, STUDIO, check_light
     from bobrossnet.tracing.lit import relit
@@ -229,25 +233,30 @@ def _view(options: argparse.Namespace) -> None:
     if not files and (isinstance(light, list) or options.ground is not None):
         raise InputError(f"light: expected {HEADLIGHT} or {STUDIO}, and no ground, without a file")
     name = title_of(files[0]) if len(files) == 1 else "scene"
+    if options.export is None:
+        with Server({}, options.port) as server:  # a port in use is refused before the files are read
+            scene = relit(scene_of(options), light, options.ground) if files else None
+            with page_files(scene, name, look) as page:
+                server.files = dict(page)
+                # Quoted twice: the parameter is a URL, and # and ? have a meaning in URLs.
+                url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
+                print(f"{url}  (Ctrl-C ends it)", flush=True)
+                if not options.no_browser:
+                    # Browsers in a terminal block until they are closed.
+                    threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
+                with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C ends the server
+                    server.serve_forever()
+        return
+    is_page = Path(options.export).suffix.lower() == ".html"
+    out = check_writable(options.export) if is_page else check_folder(options.export, "export")
     scene = relit(scene_of(options), light, options.ground) if files else None
-    if options.export is not None and Path(options.export).suffix.lower() == ".html":
-        export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
-        print(f"wrote {options.export}: one file, which any browser can show")
+    if is_page:
+        export_file(scene or tree(), name if files else "happy tree", out, look)
+        print(f"wrote {out}: one file, which any browser can show")
         return
     with page_files(scene, name, look) as page:
-        if options.export is not None:
-            export(page, Path(options.export))
-            print(f"wrote {options.export}: {counted(len(page), 'file')}, which any web server can show")
-            return
-        with Server(page, options.port) as server:
-            # Quoted twice: the parameter is a URL, and # and ? have a meaning in URLs.
-            url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
-            print(f"{url}  (Ctrl-C ends it)", flush=True)
-            if not options.no_browser:
-                # Browsers in a terminal block until they are closed.
-                threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
-            with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C ends the server
-                server.serve_forever()
+        export(page, out)
+        print(f"wrote {out}: {counted(len(page), 'file')}, which any web server can show")
 
 
 def _mesh(options: argparse.Namespace) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from bobrossnet.command_line.arguments import integer
+from bobrossnet.support.machine import MAX_PORT
+
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
@@ -16,14 +19,17 @@ def add(commands: Any) -> None:
     )
     mcp.set_defaults(run=run)
     mcp.add_argument("folders", nargs="*", default=["."], metavar="DIR", help="folders to read and write (default: .)")
-    mcp.add_argument("--port", type=int, help="serve HTTP on this machine only, instead of standard input and output")
+    told = "serve HTTP on this machine only, instead of standard input and output"
+    mcp.add_argument("--port", type=integer(1, MAX_PORT), help=told)
 
 
 def run(options: argparse.Namespace) -> None:
     """Serve until the client ends."""
+    from bobrossnet.agents.workspace import check_folders
     from bobrossnet.support.errors import InputError
     from bobrossnet.support.machine import limit_memory
 
+    check_folders(options.folders)  # before slow imports
     try:
         from bobrossnet.agents.server import server
     except ModuleNotFoundError as error:

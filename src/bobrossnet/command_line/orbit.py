@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 from bobrossnet.command_line import arguments
+from bobrossnet.pictures.filming import FPS, MAX_FRAMES
 
 
 def add(commands: Any) -> None:
@@ -20,8 +21,14 @@ def add(commands: Any) -> None:
     arguments.add_files(orbit)
     arguments.add_size(orbit)
     arguments.add_fraction(orbit, 1.0)
-    orbit.add_argument("--frames", type=int, default=75, metavar="N", help="pictures of the turn (default: 75)")
-    orbit.add_argument("--fps", type=arguments.positive, default=25.0, help="pictures a second (default: 25)")
+    orbit.add_argument(
+        "--frames",
+        type=arguments.integer(1, MAX_FRAMES),
+        default=75,
+        metavar="N",
+        help="pictures of the turn (default: 75)",
+    )
+    orbit.add_argument("--fps", type=arguments.number(*FPS), default=25.0, help="pictures a second (default: 25)")
     arguments.add_orbit(orbit)
     arguments.add_zoom(orbit)
     arguments.add_up(orbit)
@@ -30,7 +37,9 @@ def add(commands: Any) -> None:
     orbit.add_argument(
         "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"
     )
-    arguments.add_samples(orbit, 4, "with --fraction 100%%: maximum number of rays for a pixel at an edge: 1, 4 or 16")
+    arguments.add_samples(
+        orbit, 4, "with --fraction 100%%: maximum number of rays for a pixel at an edge, as in render"
+    )
     arguments.add_background(orbit, "#ffffff")
     arguments.add_light(orbit)
     arguments.add_edges(orbit)
@@ -41,13 +50,22 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Render the film, and print the sizes and times."""
     import bobrossnet as bob
+    from bobrossnet.completion.network import NetworkLike, load_network
     from bobrossnet.pictures.filming import check_film_path
+    from bobrossnet.support.cluster import check_scheduler
     from bobrossnet.support.machine import limit_memory
     from bobrossnet.support.progress import progress
+    from bobrossnet.tracing.light import check_light
 
     limit_memory()
+    # All arguments are checked before the files are read.
     out = check_film_path(options.out)
-    arguments.camera_of(options)  # checked before the files are read
+    arguments.camera_of(options)
+    light = check_light(options.light)
+    model: NetworkLike = load_network(options.model)
+    if options.scheduler is not None:
+        model = options.model  # the workers load it themselves
+        check_scheduler(options.scheduler)
     scene = arguments.scene_of(options)
     camera = arguments.camera_of(options, scene)
     film = bob.orbit(
@@ -58,8 +76,8 @@ def run(options: argparse.Namespace) -> None:
         samples=options.samples,
         background=arguments.background(options.background),
         fraction=options.fraction,
-        model=options.model,
-        light=options.light,
+        model=model,
+        light=light,
         ground=options.ground,
         edges=arguments.edges(options) or False,
         scheduler=options.scheduler,

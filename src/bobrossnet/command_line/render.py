@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, PRIORITY
-from bobrossnet.pictures.drawing import SVG
-from bobrossnet.support.errors import InputError
+from bobrossnet.picture.order import DEFAULT_ORDER, MAX_SEED, ORDERS, PRIORITY
+from bobrossnet.pictures.drawing import SVG, svg_color
+from bobrossnet.support.errors import InputError, check_choice
 from bobrossnet.support.messages import counted
 
 if TYPE_CHECKING:
@@ -49,10 +49,12 @@ def add(commands: Any) -> None:
     )
     render.add_argument(
         "--order",
+        type=arguments.checked("order", lambda text: check_choice("order", text, (*ORDERS, "default"))),
         default="default",
+        metavar="ORDER",
         help=f"pixel order: {', '.join(ORDERS)} (default: {PRIORITY} from 512x512 pixels on, else {DEFAULT_ORDER})",
     )
-    render.add_argument("--seed", type=int, default=0, help="seed of the order (default: 0)")
+    arguments.add_seed(render, "the order", MAX_SEED)
     arguments.add_orbit(render)
     arguments.add_zoom(render)
     for name, metavar, what in (
@@ -81,7 +83,8 @@ def add(commands: Any) -> None:
     arguments.add_samples(
         render,
         None,
-        "for exact pictures: maximum number of rays for a pixel at an edge, 4 or 16; 1: one ray through each centre",
+        "for exact pictures: maximum number of rays for a pixel at an edge, a square from 4 to 64; 1: one ray through "
+        "each centre",
         "4",
     )
     arguments.add_background(
@@ -156,6 +159,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.support.atomic import check_writable
     from bobrossnet.support.machine import limit_memory
     from bobrossnet.support.progress import progress
+    from bobrossnet.tracing.light import check_light
 
     limit_memory()
     told = Report(options)
@@ -181,7 +185,10 @@ def run(options: argparse.Namespace) -> None:
         openexr()  # its lack is said before any time is spent on the picture
     background = arguments.background(options.background)
     check_picture(options.samples, background, options.size)
-    camera = _camera(options)  # checked before the files are read
+    if out.suffix.lower() == SVG and background is not None:
+        svg_color("background", background)
+    camera = _camera(options)  # all are checked before the files are read
+    light = check_light(options.light)
     model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
@@ -189,7 +196,7 @@ def run(options: argparse.Namespace) -> None:
     scene.core  # noqa: B018  built here, to exclude its time from the rays'
     if options.fit == "silhouette":
         camera = fitted(
-            scene.sectioned(None), camera, size=options.size, margin=margin_of(scene, options.light, options.ground)
+            scene.sectioned(None), camera, size=options.size, margin=margin_of(scene, light, options.ground)
         )
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
@@ -198,7 +205,7 @@ def run(options: argparse.Namespace) -> None:
         return
 
     view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
-    view |= {"light": options.light, "ground": options.ground}
+    view |= {"light": light, "ground": options.ground}
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
@@ -240,7 +247,10 @@ def run(options: argparse.Namespace) -> None:
         completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
-                (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
+                (
+                    traced_on_green(part),
+                    f"traced: {100 * part.fraction:.4g} %, {counted(rays, 'ray')}, {trace_ms:.1f} ms",
+                ),
                 (completed, f"completed: {complete_ms:.1f} ms, {quality}"),
                 (reference, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
             ]
@@ -262,7 +272,8 @@ def run(options: argparse.Namespace) -> None:
     if part.guides is None and any(isinstance(instance.material, bob.Glass) for instance in scene.instances):
         told.line("glass      is opaque under the headlight; --light studio shows through it")
     if scene.unresolved_rays:
-        told.line(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
+        passed = counted(scene.unresolved_rays, "ray")
+        told.line(f"unresolved {passed} passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:
         write_exr(out, channels_of(part, image, model))
     name = out if is_exr else told.write(picture)

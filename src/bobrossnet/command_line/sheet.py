@@ -10,7 +10,7 @@ from typing import Any
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import VIEWS
-from bobrossnet.pictures.sheets import LAYOUT, laid_out
+from bobrossnet.pictures.sheets import LAYOUT, check_sheet_size, check_views, laid_out
 
 SIZE = (900, 1200)
 
@@ -24,10 +24,11 @@ def add(commands: Any) -> None:
     )
     sheet.set_defaults(run=run)
     arguments.add_files(sheet)
-    arguments.add_size(sheet, SIZE)
+    arguments.add_size(sheet, SIZE, check_sheet_size)
     sheet.add_argument(
         "--views",
-        default=",".join(LAYOUT),
+        type=arguments.checked("views", lambda text: check_views(text.split(","))),
+        default=LAYOUT,
         metavar="VIEW,...",
         help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
@@ -55,8 +56,7 @@ def run(options: argparse.Namespace) -> None:
     scene = arguments.scene_of(options).sectioned(None)
     title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
     start = time.perf_counter()
-    views = options.views.split(",")
-    sheet = laid_out(scene, views, options.size, options.unit, options.section)
+    sheet = laid_out(scene, options.views, options.size, options.unit, options.section)
     picture = sheet.drawn(title, options.edges)
     seconds = time.perf_counter() - start
     scene, unit = sheet.scene, sheet.unit
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
     report.line(f"wrote {name}: {scene.describe()}, {lengths(box.size, unit)}, {seconds:.1f} s")
     report.fields |= {
         "picture": options.out,
-        "views": views,
+        "views": list(options.views),
         "scene": plural(scene.counts()),
         "bounds": [box.low.tolist(), box.high.tolist()],
         "unit": unit,

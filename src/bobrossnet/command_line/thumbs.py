@@ -9,6 +9,7 @@ from typing import Any
 
 from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report
+from bobrossnet.support.machine import MAX_PROCESSES
 
 
 def add(commands: Any) -> None:
@@ -23,7 +24,12 @@ def add(commands: Any) -> None:
     arguments.add_pictures_of_folder(thumbs, "folder for the pictures", (256, 256))
     arguments.add_orbit(thumbs)
     thumbs.add_argument("--anew", action="store_true", help="also make pictures that exist and are up to date")
-    thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
+    thumbs.add_argument(
+        "--workers",
+        type=arguments.integer(1, MAX_PROCESSES),
+        metavar="N",
+        help="processes (default: one for each core)",
+    )
     thumbs.add_argument("--sheet", metavar="PICTURE", help="also write one sheet with all pictures")
     add_report(thumbs)
 
@@ -36,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     from bobrossnet.pictures.thumbnails import contact_sheet
     from bobrossnet.support.errors import InputError
     from bobrossnet.support.machine import limit_memory
-    from bobrossnet.support.messages import counted, left_out
+    from bobrossnet.support.messages import counted, kept_and_failed, left_out
     from bobrossnet.support.progress import progress
 
     limit_memory()
@@ -73,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     failed = len(made) - drawn - kept
     told.line(
         f"wrote {counted(drawn, 'picture')} to {options.out} in {seconds:.1f} s; "
-        f"{kept:,} {'was' if kept == 1 else 'were'} there, {counted(failed, 'file')} left out"
+        f"{kept_and_failed(kept, 'picture', failed)}"
     )
     told.fields |= {
         "files": [

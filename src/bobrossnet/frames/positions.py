@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from math import isqrt
-
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.samples import Samples
-from bobrossnet.support.errors import InputError, check_integer
-
-MOST_SAMPLES = 64
+from bobrossnet.picture.samples import Samples, grid_side
+from bobrossnet.support.errors import InputError
 
 LIGHT = ("gray", "color")
 """Channels that are averaged. The other channels come from the sample nearest to the pixel's centre: a mean of depths
@@ -22,12 +18,12 @@ class Positions:
 
     Parameters
     ----------
-    samples : int, 1..64
-        As in `render`: 1, 4, 9, 16 and so on.
+    samples : 1, 4, 9, 16, 25, 36, 49 or 64
+        As in `render`.
     """
 
     def __init__(self, samples: int) -> None:
-        side = isqrt(check_integer("samples", samples, 1, MOST_SAMPLES))
+        side = grid_side(samples)
         steps = (np.arange(side) + 0.5) / side - 0.5
         self._offsets = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
         self._nearest = side // 2 * (side + 1)

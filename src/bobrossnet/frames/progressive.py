@@ -81,11 +81,11 @@ def progressive(
         Order in which pixels are traced, as in `trace`. Where `frame_ms` has time for many rays, "default" is
         "adaptive" in its first round only, and then subdivides squares with different pixels row by row, which is
         faster.
-    samples : int, 1..64
-        Samples of your own tracer in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Above 1, the tracer is asked
-        for positions instead of pixels, (m, 2) float64 rows and columns, where integers are pixel centres. Light is
-        averaged over each pixel; depth, normal, albedo and hit are those next to its centre. `batch` then counts
-        positions. `render` antialiases scenes.
+    samples : 1, 4, 9, 16, 25, 36, 49 or 64
+        Samples of your own tracer in each pixel, on an n x n grid. Above 1, the tracer is asked for positions instead
+        of pixels, (m, 2) float64 rows and columns, where integers are pixel centres. Light is averaged over each pixel;
+        depth, normal, albedo and hit are those next to its centre. `batch` then counts positions. `render` antialiases
+        scenes.
     model : str or path
         As in `complete`; or "auto", for each frame the default or the filling, whichever has less error in its time.
         Under another light than the headlight, pictures are completed along first hits instead.

@@ -25,9 +25,9 @@ from bobrossnet import _core
 from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import FORMAT
 from bobrossnet.learn.checkpoint import write_tensors
+from bobrossnet.learn.checks import MAX_SHAPES, check_weights_path
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, own_scenes
 from bobrossnet.picture.order import ADAPTIVE
-from bobrossnet.support.atomic import check_writable
 from bobrossnet.support.errors import check_integer
 from bobrossnet.support.progress import progress
 
@@ -96,8 +96,8 @@ def calibrate(
     InputError
         If an argument is invalid, or the file can't be written.
     """
-    check_writable(out)
-    check_integer("shapes", shapes, 2, 10**6)
+    check_weights_path(out)
+    check_integer("shapes", shapes, 2, MAX_SHAPES)
     torch.manual_seed(seed)
     learned: list[Picture] = []
     checked: list[Picture] = []

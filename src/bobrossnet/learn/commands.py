@@ -10,6 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from bobrossnet.command_line import arguments
+from bobrossnet.learn.checks import (
+    MAX_COUNT,
+    MAX_FRAMES,
+    MAX_SEED,
+    MAX_SHAPES,
+    MAX_VIEWS,
+    check_dataset,
+    check_measured,
+    check_orders,
+    check_weights_path,
+    is_dataset,
+)
+from bobrossnet.pictures import views as posed_views
 
 QUICK_SHAPES, QUICK_FRACTIONS, QUICK_SECONDS = 24, (0.01, 0.05, 0.25), 60.0
 """Of `evaluate --quick`: half of two minutes is left for the start of the libraries and for the last pictures."""
@@ -22,7 +35,11 @@ def add_commands(commands: Any) -> None:
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or resume one.")
     build.set_defaults(run=_dataset_build)
     build.add_argument("folder", metavar="DIR", help="the data set's folder, new or from an interrupted build")
-    build.add_argument("--shapes", type=int, help="number of generated shapes (default: 479; 0 with --files)")
+    build.add_argument(
+        "--shapes",
+        type=arguments.integer(0, MAX_SHAPES),
+        help="number of generated shapes (default: 479; 0 with --files)",
+    )
     build.add_argument(
         "--files",
         nargs="+",
@@ -30,8 +47,13 @@ def add_commands(commands: Any) -> None:
         metavar="PLACE",
         help="shape files, or folders of them, instead of generated shapes, or with --shapes in addition",
     )
-    build.add_argument("--test-shapes", type=int, default=10, help="number of shapes for testing (default: 10)")
-    build.add_argument("--seed", type=int, default=0, help="seed of shapes, cameras, splits and masks (default: 0)")
+    build.add_argument(
+        "--test-shapes",
+        type=arguments.integer(1, MAX_SHAPES),
+        default=10,
+        help="number of shapes for testing (default: 10)",
+    )
+    arguments.add_seed(build, "shapes, cameras, splits and masks", MAX_SEED)
     build.add_argument(
         "--colored",
         action="store_true",
@@ -48,7 +70,9 @@ def add_commands(commands: Any) -> None:
     compare.set_defaults(run=_dataset_compare)
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
     compare.add_argument("folder", metavar="FOLDER", help="folder of shape files")
-    compare.add_argument("--limit", type=int, help="maximum number of files, taken evenly from the folder")
+    compare.add_argument(
+        "--limit", type=arguments.integer(1, MAX_COUNT), help="maximum number of files, taken evenly from the folder"
+    )
     compare.add_argument("--markdown", metavar="FILE", help="also write the table to this file")
 
     views = actions.add_parser(
@@ -59,7 +83,13 @@ def add_commands(commands: Any) -> None:
     )
     views.set_defaults(run=_dataset_views)
     arguments.add_pictures_of_folder(views, "folder of the data set", (480, 640))
-    views.add_argument("--views", type=int, default=24, metavar="N", help="cameras around each shape (default: 24)")
+    views.add_argument(
+        "--views",
+        type=arguments.integer(1, posed_views.MAX_VIEWS),
+        default=24,
+        metavar="N",
+        help="cameras around each shape (default: 24)",
+    )
     views.add_argument(
         "--format",
         choices=("npz", "exr", "webdataset"),
@@ -110,15 +140,20 @@ def add_commands(commands: Any) -> None:
     )
     evaluate.add_argument(
         "--orders",
-        type=lambda text: text.split(","),
+        type=arguments.checked("orders", lambda text: check_orders(text.split(","))),
         metavar="NAME,...",
         help="pixel orders (default: uniform)",
     )
     evaluate.add_argument(
-        "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="size of pictures of files (default: 256x256)"
+        "--size",
+        type=arguments.checked("size", check_measured),
+        metavar="WIDTHxHEIGHT",
+        help="size of pictures of files (default: 256x256)",
     )
-    evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="maximum number of shapes, taken evenly from all")
+    evaluate.add_argument("--views", type=arguments.integer(1, MAX_VIEWS), help="pictures of each file (default: 1)")
+    evaluate.add_argument(
+        "--limit", type=arguments.integer(1, MAX_COUNT), help="maximum number of shapes, taken evenly from all"
+    )
     evaluate.add_argument(
         "--stability", action="store_true", help="also measure the flicker of converging pictures and of orbits"
     )
@@ -138,7 +173,9 @@ def add_commands(commands: Any) -> None:
     calibrate.add_argument(
         "--model", default="default", metavar="NAME", help="network that completes them (default: default)"
     )
-    calibrate.add_argument("--shapes", type=int, default=250, help="number of shapes (default: 250)")
+    calibrate.add_argument(
+        "--shapes", type=arguments.integer(2, MAX_SHAPES), default=250, help="number of shapes (default: 250)"
+    )
 
     figures = commands.add_parser(
         "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
@@ -153,9 +190,17 @@ def add_commands(commands: Any) -> None:
         "--scores", metavar="FILE.csv", help="evaluate's table; without one, figures that need it are left out"
     )
     figures.add_argument(
-        "--steps", type=int, default=400, help="steps of each training that compares losses (default: 400)"
+        "--steps",
+        type=arguments.integer(0, MAX_COUNT),
+        default=400,
+        help="steps of each training that compares losses (default: 400)",
     )
-    figures.add_argument("--frames", type=int, default=60, help="frames that measure stability (default: 60)")
+    figures.add_argument(
+        "--frames",
+        type=arguments.integer(2, MAX_FRAMES),
+        default=60,
+        help="frames that measure stability (default: 60)",
+    )
     figures.add_argument("--only", metavar="NAME,…", help="figures to draw, such as 2.1,4.1 (default: all)")
 
 
@@ -171,9 +216,11 @@ def _dataset_build(options: argparse.Namespace) -> None:
         colored=options.colored,
         scheduler=options.scheduler,
     )
+    from bobrossnet.support.messages import counted
+
     plan = dataset.plan
     counts = ", ".join(f"{len(plan.split(name)):,} {name}" for name in ("train", "validation", "test"))
-    print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
+    print(f"wrote {options.folder}: {counted(plan.shapes, 'shape')}, {counted(plan.samples, 'sample')}: {counts}")
 
 
 def _dataset_views(options: argparse.Namespace) -> int:
@@ -181,7 +228,7 @@ def _dataset_views(options: argparse.Namespace) -> int:
 
     from bobrossnet.pictures.view_files import ViewStyle, dataset_of_views
     from bobrossnet.support.machine import limit_memory
-    from bobrossnet.support.messages import counted, left_out
+    from bobrossnet.support.messages import counted, kept_and_failed, left_out
     from bobrossnet.support.progress import progress
 
     limit_memory()
@@ -205,18 +252,23 @@ def _dataset_views(options: argparse.Namespace) -> int:
     kept = len(written) - new - failed
     print(
         f"wrote {counted(new * options.views, 'view')} of {counted(new, 'shape')} to {options.out}; "
-        f"{counted(kept, 'shape')} {'was' if kept == 1 else 'were'} there, {counted(failed, 'file')} left out"
+        f"{kept_and_failed(kept, 'shape', failed)}"
     )
     return 1 if failed else 0
 
 
 def _dataset_compare(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.dataset import Dataset
-    from bobrossnet.learn.dataset.statistics import compare_with_folder
+    from bobrossnet.adapters.files import shape_files
     from bobrossnet.support.atomic import check_writable, write_whole
 
     if options.markdown is not None:
         check_writable(options.markdown)
+    check_dataset(options.dataset)
+    shape_files(options.folder)  # before slow imports
+
+    from bobrossnet.learn.dataset import Dataset
+    from bobrossnet.learn.dataset.statistics import compare_with_folder
+
     text = str(compare_with_folder(Dataset.open(options.dataset), options.folder, limit=options.limit))
     print(text)
     if options.markdown is not None:
@@ -225,6 +277,8 @@ def _dataset_compare(options: argparse.Namespace) -> None:
 
 
 def _train(options: argparse.Namespace) -> None:
+    check_dataset(options.dataset)  # before slow imports
+
     from bobrossnet.learn.config import config_from_settings
     from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.train import train
@@ -236,10 +290,8 @@ def _train(options: argparse.Namespace) -> None:
 
 
 def _evaluate(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
-    from bobrossnet.learn.evaluation.evaluate import MODELS, evaluate_dataset, evaluate_folder, evaluate_scenes
-    from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
-    from bobrossnet.learn.evaluation.stability import measure_stability
+    from bobrossnet.adapters.files import shape_files
+    from bobrossnet.completion.network import load_network
     from bobrossnet.support.atomic import check_writable, write_whole
     from bobrossnet.support.errors import InputError
 
@@ -247,17 +299,30 @@ def _evaluate(options: argparse.Namespace) -> None:
         check_writable(file)
     if options.place is None and not options.quick:
         raise InputError("PLACE: expected a data set or a folder of shape files; --quick generates shapes")
+    if options.place is None and options.stability:
+        raise InputError("--stability: expected with a PLACE, got none")
+    for model in options.models or ():
+        load_network(model)
+    is_measured = options.place is not None and is_dataset(options.place)
+    if is_measured and not (options.size is None and options.views is None):
+        raise InputError("--size and --views: expected with a folder of files; a data set has its own pictures")
+    if is_measured and options.color:
+        raise InputError("--color: expected with a folder of files; a data set holds gray pictures")
+    if not is_measured and options.place is not None:
+        shape_files(options.place)
+
+    # These imports take seconds.
+    from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
+    from bobrossnet.learn.evaluation.evaluate import MODELS, evaluate_dataset, evaluate_folder, evaluate_scenes
+    from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
+    from bobrossnet.learn.evaluation.stability import measure_stability
+
     names = ("orders", "limit", "fractions", "size", "views")
     given: dict[str, Any] = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     models = options.models or (MODELS[:1] if options.quick else MODELS)
     if options.quick:
         given = {"limit": QUICK_SHAPES, "fractions": QUICK_FRACTIONS, "seconds": QUICK_SECONDS} | given
-    is_dataset = options.place is not None and (Path(options.place) / "zarr.json").exists()
-    if is_dataset:
-        if "size" in given or "views" in given:
-            raise InputError("--size and --views: expected with a folder of files; a data set has its own pictures")
-        if options.color:
-            raise InputError("--color: expected with a folder of files; a data set holds gray pictures")
+    if is_measured:
         result = evaluate_dataset(options.place, models, **given)
     else:
         if options.color:
@@ -270,9 +335,7 @@ def _evaluate(options: argparse.Namespace) -> None:
     if not options.quick:  # costs take as long as the pictures
         parts.append(cost_table(measure_costs(models)))
     if options.stability:
-        if options.place is None:
-            raise InputError("--stability: expected with a PLACE, got none")
-        scenes = (scenes_of_dataset if is_dataset else scenes_of_folder)(options.place, options.limit)
+        scenes = (scenes_of_dataset if is_measured else scenes_of_folder)(options.place, options.limit)
         chosen = {"orders": given["orders"]} if "orders" in given else {}
         parts.append(str(measure_stability(scenes, models, **chosen)))
     text = "\n\n".join(parts)
@@ -286,6 +349,11 @@ def _evaluate(options: argparse.Namespace) -> None:
 def _calibrate(options: argparse.Namespace) -> None:
     import numpy as np
 
+    from bobrossnet.completion.network import load_network
+
+    check_weights_path(options.out)  # before slow imports
+    load_network(options.model)
+
     from bobrossnet.learn.calibrate import calibrate
 
     ratios = np.array(calibrate(options.out, model=options.model, shapes=options.shapes))
@@ -298,6 +366,17 @@ def _calibrate(options: argparse.Namespace) -> None:
 
 def _figures(options: argparse.Namespace) -> None:
     from bobrossnet.adapters.files import load
+    from bobrossnet.completion.network import load_network
+    from bobrossnet.support.atomic import check_folder
+    from bobrossnet.support.paths import check_file
+
+    check_folder(options.out, "out")  # before slow imports
+    load_network(options.weights)
+    if options.data is not None:
+        check_dataset(options.data)
+    if options.scores is not None:
+        check_file(Path(options.scores))
+
     from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.figures import Sources, check_names, draw_figures
 

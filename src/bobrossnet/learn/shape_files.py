@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bobrossnet.adapters import files
+from bobrossnet.learn.checks import MAX_COUNT
 from bobrossnet.support.errors import InputWarning, check_integer
 
 Item = TypeVar("Item")
@@ -24,7 +25,7 @@ def shape_files(place: str | os.PathLike[str]) -> list[Path]:
 
 def spread(items: Sequence[Item], limit: int | None) -> Sequence[Item]:
     """Return at most `limit` items, evenly spread; all items if None."""
-    if limit is None or check_integer("limit", limit, 1, 2**31 - 1) >= len(items):
+    if limit is None or check_integer("limit", limit, 1, MAX_COUNT) >= len(items):
         return items
     return [items[i * (len(items) - 1) // max(limit - 1, 1)] for i in range(limit)]
 

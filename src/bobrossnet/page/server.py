@@ -13,6 +13,7 @@ from urllib.parse import unquote
 
 from bobrossnet.page.files import TYPES, Files
 from bobrossnet.support.errors import InputError, check_integer
+from bobrossnet.support.machine import MAX_PORT
 
 HEADERS = {
     "Content-Security-Policy": "; ".join(
@@ -75,7 +76,7 @@ class Server(ThreadingHTTPServer):
     def __init__(self, files: Files, port: int = 0) -> None:
         self.files = dict(files)
         try:
-            super().__init__(("127.0.0.1", check_integer("port", port, 0, 65535)), _Handler)
+            super().__init__(("127.0.0.1", check_integer("port", port, 0, MAX_PORT)), _Handler)
         except OSError as error:
             raise InputError(f"port: expected a free one, got {port}: {error.strerror}") from error
         self.hosts = own_hosts(self.server_port)

@@ -42,6 +42,8 @@ ORDERS_BY_SIGHT = (ADAPTIVE, SQUARES, PRIORITY)
 
 ORDERS = (*FIXED_ORDERS, *ORDERS_BY_SIGHT)
 
+MAX_SEED = 2**64 - 1
+
 DEFAULT_ORDER = ADAPTIVE
 """The order of the name "default", except in `trace`."""
 
@@ -117,7 +119,7 @@ def check_pixels(pixels: Any) -> NDArray[np.int32]:
 def check_order(order: Any, seed: Any) -> str:
     """Return the name of an order, with "default" resolved; raise InputError for an unknown order or invalid seed."""
     check_choice("order", order, (*ORDERS, "default"))
-    check_integer("seed", seed, 0, 2**64 - 1)
+    check_integer("seed", seed, 0, MAX_SEED)
     return DEFAULT_ORDER if order == "default" else str(order)
 
 

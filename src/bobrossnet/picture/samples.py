@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isqrt
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,19 @@ from bobrossnet import _core
 from bobrossnet.color import LUMINANCE, luminance
 from bobrossnet.picture.channels import CHANNELS, Layout
 from bobrossnet.picture.values import DERIVED, F32, Channels, check_range, layout_of, values_shape
-from bobrossnet.support.errors import InputError, check_array, shape_of
+from bobrossnet.support.errors import InputError, check_array, check_integer, shape_of
+
+MOST_SAMPLES = 64
+"""Maximum number of samples of a pixel, on a grid of 8 x 8."""
+
+
+def grid_side(samples: Any) -> int:
+    """Return the side of a pixel's grid of samples; raise InputError unless their number is a square."""
+    side = isqrt(check_integer("samples", samples, 1, MOST_SAMPLES))
+    if side * side != samples:
+        squares = ", ".join(str(root * root) for root in range(1, isqrt(MOST_SAMPLES) + 1))
+        raise InputError(f"samples: expected one of {squares}, got {samples}")
+    return side
 
 
 class Samples(Channels):

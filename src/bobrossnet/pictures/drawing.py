@@ -135,11 +135,9 @@ class Drawing:
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
         ]
         if background is not None:
-            lines.append(f'<rect width="100%" height="100%" fill="{_hex("background", background)}"/>')
-        stroke = self.edges.width
-        lines.append(
-            f'<g fill="none" stroke="{_hex("color", self.edges.color)}" stroke-linecap="round" stroke-linejoin="round">'
-        )
+            lines.append(f'<rect width="100%" height="100%" fill="{svg_color("background", background)}"/>')
+        stroke, color = self.edges.width, svg_color("color", self.edges.color)
+        lines.append(f'<g fill="none" stroke="{color}" stroke-linecap="round" stroke-linejoin="round">')
         if self._hidden is not None:
             dashes = f"{DASH * stroke:g} {GAP * stroke:g}"
             lines += [
@@ -243,7 +241,8 @@ def _paths(curves: Iterable[F32]) -> list[str]:
     return paths
 
 
-def _hex(name: str, color: Any) -> str:
+def svg_color(name: str, color: Any) -> str:
+    """Return a colour as an SVG has it; raise InputError for two."""
     if not isinstance(color, str) and shape_of(color) == (2,):
         raise InputError(f"{name}: expected one colour for an SVG, got two")
     return hex_color(linear(name, color))

@@ -25,6 +25,7 @@ from bobrossnet.pictures.rendering import check_picture, render
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer, check_number, each_of
+from bobrossnet.support.messages import counted
 from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.section import SectionLike
@@ -34,6 +35,11 @@ if TYPE_CHECKING:
 
 FORMATS = {".webp": "WebP", ".png": "PNG", ".gif": "GIF", ".avif": "AVIF", ".mp4": "MP4"}
 """File endings of films."""
+
+MAX_FRAMES = 10_000
+
+FPS = 0.1, 100.0
+"""Minimum and maximum of frames per second."""
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "WebP": {"quality": 90, "method": 2, "minimize_size": False},
@@ -138,7 +144,7 @@ class Film:
             If an argument is out of range, or the file can't be written.
         """
         file = check_film_path(path)
-        check_number("fps", fps, 0.1, 100)
+        check_number("fps", fps, *FPS)
         frames: list[NDArray[np.uint8]] = []
         for picture in self:
             frames.append(picture.rgba)
@@ -157,7 +163,7 @@ class Film:
 
     def __repr__(self) -> str:
         height, width = self.size
-        return f"Film({len(self)} pictures of {width} x {height})"
+        return f"Film({counted(len(self), 'picture')} of {width} x {height})"
 
 
 def orbit(
@@ -208,7 +214,7 @@ def orbit(
     """
     scene = as_scene(scene)
     first = orbiting(camera, scene)
-    check_integer("frames", frames, 1, 10_000)
+    check_integer("frames", frames, 1, MAX_FRAMES)
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(
         scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model,

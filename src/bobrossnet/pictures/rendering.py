@@ -17,20 +17,18 @@ from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.camera import Camera, CameraLike, as_camera
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
-from bobrossnet.picture.samples import averaged, scatter
+from bobrossnet.picture.samples import averaged, grid_side, scatter
 from bobrossnet.pictures.background import Background, background_rows, picture_of
 from bobrossnet.pictures.drawing import Drawing, EdgesLike, check_edges, drawing_of
 from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
-from bobrossnet.support.errors import InputError, InputWarning, check_integer
+from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.paths import is_path
-from bobrossnet.tracing.light import HEADLIGHT, LightLike
+from bobrossnet.tracing.light import HEADLIGHT, LightLike, check_light
 from bobrossnet.tracing.lit import LitTracer, lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.section import SectionLike
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
-
-MOST_SAMPLES = 64
 
 PATHS_OF_SAMPLE = 4
 """Light paths for each sample; they also antialias edges."""
@@ -66,9 +64,9 @@ def render(
         By default, the file of a single path is turned upright, as by `load` with up="auto", and fitted to the picture,
         as by `fitted`. Other scenes are seen by `Camera()`, from their front if they have one.
     size : (height, width) or "WIDTHxHEIGHT"
-    samples : int, 1..64
-        Maximum number of rays in each pixel, on an n x n grid: 1, 4, 9, 16 and so on. Only pixels at edges get more
-        than one. With a fraction below 1, each pixel has at most one.
+    samples : 1, 4, 9, 16, 25, 36, 49 or 64
+        Maximum number of rays in each pixel, on an n x n grid. Only pixels at edges get more than one. With a fraction
+        below 1, each pixel has at most one.
     background : colour, two colours, or None
         As a material's color; two are the colours of the top and the bottom row. None leaves it transparent.
     fraction : float in (0, 1]
@@ -113,6 +111,7 @@ def render(
     ((120, 160, 4), [255, 255, 255, 255])
     """
     check_picture(samples, background, size)
+    light = check_light(light)
     if camera is None and is_path(scene):
         scene = load(scene, up="auto")
         camera = fitted(scene.sectioned(None), size=size, margin=margin_of(scene, light, ground))
@@ -128,7 +127,7 @@ def render(
 
 def check_picture(samples: int, background: Background, size: SizeLike) -> None:
     """Raise InputError unless a picture can be made with these arguments; checked before any time is spent on it."""
-    side = isqrt(check_integer("samples", samples, 1, MOST_SAMPLES))
+    side = grid_side(samples)
     longest = max(check_size(size))
     if side * longest > MOST_ACROSS:
         raise InputError(

@@ -21,6 +21,7 @@ from bobrossnet.pictures.rendering import render
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
+from bobrossnet.support.messages import counted
 from bobrossnet.support.units import factor
 from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.parts import Extent
@@ -195,15 +196,8 @@ def laid_out(
 ) -> Sheet:
     """Return the sheet of some views and sections, not yet drawn; arguments as in `sheet`."""
     scene = as_scene(scene)
-    height, width = check_size(size)
-    if min(height, width) < 240:
-        raise InputError(f"size: expected at least 240x240, got {width}x{height}")
-    chosen = [
-        check_choice("views", view, tuple(VIEWS))
-        for view in each_of("views", [views] if isinstance(views, str) else views, "names of views")
-    ]
-    if not 1 <= len(chosen) <= 6:
-        raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
+    height, width = check_sheet_size(size)
+    chosen = check_views(views)
     if unit is not None and not isinstance(unit, str):
         raise InputTypeError(f"unit: expected a string, got {type(unit).__name__}")
     sections = check_sections(section)
@@ -225,6 +219,25 @@ def laid_out(
     placed = [replace(view, camera=replace(view.camera, zoom=zoom)) for view in placed]
     pixels = min(placed[0].size) * zoom / (2 * scene.radius)
     return Sheet(scene, (height, width), tuple(placed), sections, pixels, line, unit)
+
+
+def check_sheet_size(size: SizeLike) -> Size:
+    """Return the size of a sheet; raise InputError if it is too small."""
+    height, width = check_size(size)
+    if min(height, width) < 240:
+        raise InputError(f"size: expected at least 240x240, got {width}x{height}")
+    return height, width
+
+
+def check_views(views: Sequence[str]) -> list[str]:
+    """Return the names of a sheet's views; raise InputError for unknown names, none or too many."""
+    chosen = [
+        check_choice("views", view, tuple(VIEWS))
+        for view in each_of("views", [views] if isinstance(views, str) else views, "names of views")
+    ]
+    if not 1 <= len(chosen) <= 6:
+        raise InputError(f"views: expected 1 to 6 of {', '.join(VIEWS)}, got {len(chosen)}")
+    return chosen
 
 
 def _section_view(scene: Scene, section: Section) -> tuple[str, Scene, Camera, str | None]:
@@ -283,7 +296,7 @@ def _drawn(view: SheetView, edges: bool) -> NDArray[np.uint8]:
 def _facts(scene: Scene, unit: str) -> list[str]:
     """Return the number of parts and, where it is exact, the volume."""
     parts = sum(bool(part.own) for part in scene.parts.walk())
-    facts = [f"{parts:,} part{'s' * (parts > 1)}"]
+    facts = [counted(parts, "part")]
     if all(isinstance(instance.shape, Mesh | Brep) for instance in scene.instances):
         volume = measure(scene).volume
         facts.append("open" if volume is None else f"volume {lengths([volume], f'{unit}^3' if unit else '')}")

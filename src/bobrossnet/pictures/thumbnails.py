@@ -30,7 +30,7 @@ from bobrossnet.support.errors import InputError, check_callable, check_integer
 from bobrossnet.support.interrupts import delayed, heed
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.support.messages import name_of, one_line
-from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.light import LightLike, check_light
 
 ENDING = ".png"
 
@@ -134,6 +134,7 @@ def thumbnails(
     """
     check_picture(samples, background, size)
     check_up(up)
+    check_light(light)
     check_callable("progress", progress)
     camera = None if camera is None else orbiting(camera)
     style = Style(check_size(size), camera, samples, background, up, light, ground)

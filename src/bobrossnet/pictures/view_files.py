@@ -24,7 +24,7 @@ from bobrossnet.pictures.views import CHANNELS, PosedView, around, views
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
-from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.light import LightLike, check_light
 
 FORMATS = ("npz", "exr", "webdataset")
 
@@ -73,6 +73,7 @@ def dataset_of_views(
     if style.format not in FORMATS:
         raise InputError(f"format: expected {', '.join(FORMATS)}, got {one_line(style.format)}")
     check_up(style.up)
+    check_light(style.light)
     check_picture(style.samples, style.background, style.size)
     if style.format == "exr":
         openexr()  # its lack is said before the first view

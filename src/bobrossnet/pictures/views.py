@@ -18,7 +18,7 @@ from bobrossnet.picture.pose import Pose, pose_of
 from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.rendering import PATHS_OF_SAMPLE, check_picture, finished, light_to_be_seen
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_choice, check_integer, each_of
-from bobrossnet.tracing.light import HEADLIGHT, LightLike
+from bobrossnet.tracing.light import HEADLIGHT, LightLike, check_light
 from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -115,6 +115,7 @@ def views(
     """
     scene, size = as_scene(scene), check_size(size)
     check_picture(samples, background, size)
+    light = check_light(light)
     chosen = check_channels(channels)
     if isinstance(cameras, int | np.integer) and not isinstance(cameras, bool):
         placed = around(int(cameras))

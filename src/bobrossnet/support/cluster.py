@@ -17,6 +17,26 @@ ANSWER_SECONDS = 10
 """Timeout of a scheduler's answer in seconds; at a wrong address, waiting would never end."""
 
 
+def check_scheduler(scheduler: str) -> None:
+    """Raise InputError unless a Dask scheduler answers at an address."""
+    import asyncio  # takes a tenth of the time of all imports
+
+    _check_dask()
+    with ThreadPoolExecutor(1) as pool:  # a notebook's thread already runs a loop
+        try:
+            pool.submit(asyncio.run, asyncio.wait_for(_reach(scheduler), timeout=ANSWER_SECONDS)).result()
+        except (OSError, ValueError, asyncio.TimeoutError) as error:
+            why = one_line(error) or f"no answer in {ANSWER_SECONDS} seconds"
+            raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
+
+
+def _check_dask() -> None:
+    try:
+        import distributed  # noqa: F401
+    except ModuleNotFoundError:
+        raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
+
+
 @contextmanager
 def connected(scheduler: str | None) -> Iterator[Any]:
     """Provide a client of a Dask scheduler. If it is None, start one in this process, with a thread for each core.
@@ -26,19 +46,11 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     InputError
         If no scheduler answers at the address, or Dask is not installed.
     """
-    import asyncio  # takes a tenth of the time of all imports
+    _check_dask()
+    from distributed import Client, LocalCluster
 
-    try:
-        from distributed import Client, LocalCluster
-    except ModuleNotFoundError:
-        raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
     if scheduler is not None:
-        with ThreadPoolExecutor(1) as pool:  # a notebook's thread already runs a loop
-            try:
-                pool.submit(asyncio.run, asyncio.wait_for(_reach(scheduler), timeout=ANSWER_SECONDS)).result()
-            except (OSError, ValueError, asyncio.TimeoutError) as error:
-                why = one_line(error) or f"no answer in {ANSWER_SECONDS} seconds"
-                raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
+        check_scheduler(scheduler)
         with Client(scheduler) as client:
             yield client
         return

@@ -15,6 +15,8 @@ from pathlib import Path
 from bobrossnet import _core
 from bobrossnet.support.errors import check_integer
 
+MAX_PORT = 65535
+
 MAX_PROCESSES = 61 if sys.platform == "win32" else 256
 """Maximum number of processes: Windows waits for at most 64 objects, and Python's pools reserve three."""
 

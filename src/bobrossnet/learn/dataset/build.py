@@ -76,6 +76,7 @@ def build(
     if shapes is None:
         shapes = 0 if files else SHAPES
     paths = [path for place in files for path in shape_files(place)]
+    Plan(seed, shapes + len(paths), test_shapes, colored)  # checks the numbers before the files are read
     with connected(scheduler) as client:
         errors = _each(client, _error_of_file, [(str(path),) for path in paths], "checking files")
         for error in filter(None, errors):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.learn.checks import MAX_SEED, MAX_SHAPES
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import pixel_order
 from bobrossnet.support.errors import InputError, check_integer
@@ -60,9 +61,9 @@ class Plan:
     colored: bool = False
 
     def __post_init__(self) -> None:
-        check_integer("seed", self.seed, 0, 2**32 - 1)
-        check_integer("shapes", self.shapes, 2, 1_000_000)
-        check_integer("test_shapes", self.test_shapes, 1, 1_000_000)
+        check_integer("seed", self.seed, 0, MAX_SEED)
+        check_integer("shapes", self.shapes, 2, MAX_SHAPES)
+        check_integer("test_shapes", self.test_shapes, 1, MAX_SHAPES)
         if self.test_shapes >= self.shapes:
             raise InputError(f"test_shapes: expected fewer than all {self.shapes} shapes, got {self.test_shapes}")
 

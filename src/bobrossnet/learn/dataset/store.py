@@ -27,6 +27,7 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.core.buffer import Buffer
 from zarr.storage import LocalStore
 
+from bobrossnet.learn.checks import BUILD, INDEX, check_dataset
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
 from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
@@ -35,7 +36,6 @@ from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
 from bobrossnet.support.threads import lazy
 
-BUILD = "bobrossnet dataset build"
 FORMAT = "bobrossnet-dataset-1"
 CHANNELS = ("gray", "depth", "normal x", "normal y")
 """Planes of the format, (4, H, W) for views and patches, a subset of a G-buffer's."""
@@ -83,7 +83,7 @@ class Dataset:
             "sources": list(sources),
             **({"colored": True} if plan.colored else {}),
         }
-        if (path / "zarr.json").exists():
+        if (path / INDEX).exists():
             found = dict(_open_group(path).attrs)
             if found != attributes:
                 different = ", ".join(
@@ -98,7 +98,7 @@ class Dataset:
             for leftover in path.glob(f"**/*{PARTIAL}"):  # of a killed build
                 leftover.unlink()
             for size in SIZES:
-                if not (path / f"views_{size}" / "zarr.json").exists():
+                if not (path / f"views_{size}" / INDEX).exists():
                     zarr.create_array(
                         _SyncedStore(path / f"views_{size}"),
                         shape=(plan.shapes, len(CHANNELS), size, size),
@@ -113,7 +113,7 @@ class Dataset:
                         config={"write_empty_chunks": True},  # a file marks its view as done
                     )
             # The group last: it makes the folder a data set.
-            if not (path / "zarr.json").exists():
+            if not (path / INDEX).exists():
                 zarr.create_group(_SyncedStore(path), attributes=attributes)
         except OSError as error:
             raise InputError(f"{path}: can't write there: {error.strerror}") from error
@@ -148,7 +148,7 @@ class Dataset:
             raise InputError(f"{path}: expected a data set of format {FORMAT!r}, got {attributes.get('format')!r}")
         sources: Any = attributes.get("sources")
         if not (isinstance(sources, list) and all(isinstance(source, str) for source in sources)):
-            raise _damaged_index(path / "zarr.json", "it has no list of sources")
+            raise _damaged_index(path / INDEX, "it has no list of sources")
         numbers: list[Any] = [attributes.get(name) for name in ("seed", "test_shapes")]
         plan = Plan(numbers[0], len(sources), numbers[1], bool(attributes.get("colored", False)))
         arrays = {}
@@ -157,7 +157,7 @@ class Dataset:
             arrays[size] = _opened(place, zarr.open_array)
             shape = plan.shapes, len(CHANNELS), size, size
             if arrays[size].shape != shape or arrays[size].dtype != np.float16:
-                raise _damaged_index(place / "zarr.json", f"its array is {arrays[size].dtype} {arrays[size].shape}")
+                raise _damaged_index(place / INDEX, f"its array is {arrays[size].dtype} {arrays[size].shape}")
         return cls(path, plan, sources, arrays)
 
     def has(self, shape: int, size: int) -> bool:
@@ -273,7 +273,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _opened(path: Path, of: Callable[..., Any]) -> Any:
-    index = path / "zarr.json"
+    index = path / INDEX
     try:
         return of(path, mode="r")
     except Exception as error:  # zarr raises any type
@@ -285,7 +285,6 @@ def _damaged_index(file: Path, why: str) -> InputError:
 
 
 def _open_group(path: Path) -> zarr.Group:
-    if not (path / "zarr.json").exists():
-        raise InputError(f"{path}: expected a data set, got none; {BUILD} makes one")
+    check_dataset(path)
     group: zarr.Group = _opened(path, zarr.open_group)
     return group

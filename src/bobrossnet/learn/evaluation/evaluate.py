@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.learn.checks import MAX_VIEWS, check_measured, check_orders
 from bobrossnet.learn.dataset.plan import PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset, part_of
-from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods, check_orders
+from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.shape_files import spread
-from bobrossnet.metrics import WINDOW
-from bobrossnet.picture.order import ORDERS_BY_SIGHT, check_size
+from bobrossnet.picture.order import ORDERS_BY_SIGHT
 from bobrossnet.support.errors import InputError, check_integer, check_number
 from bobrossnet.support.progress import progress
 
@@ -160,9 +160,8 @@ def evaluate_scenes(
     InputWarning
         If a scene is omitted because its file can't be loaded.
     """
-    if min(check_size(size)) < WINDOW:
-        raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
-    check_integer("views", views, 1, 1000)
+    check_measured(size)
+    check_integer("views", views, 1, MAX_VIEWS)
     methods = all_methods(models, fillings, repainting=repainting, channel=channel)
     pictures = _begun_within(seconds, _pictures_of_scenes(scenes, size, views, fov, channel))
     result = _evaluate(pictures, methods, fractions, orders)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.completion.uncertainty import mean_error
-from bobrossnet.learn.evaluation.methods import Weights, check_orders
+from bobrossnet.learn.checks import check_orders
+from bobrossnet.learn.evaluation.methods import Weights
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
 from bobrossnet.support.errors import InputError, check_number
 from bobrossnet.support.progress import progress

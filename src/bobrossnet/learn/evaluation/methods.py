@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.completion.filling import FILLINGS, delaunay_linear
 from bobrossnet.completion.network import Network, load_network
-from bobrossnet.picture.order import check_order
 from bobrossnet.support.errors import InputError
 
 Weights: TypeAlias = str | os.PathLike[str]
@@ -104,14 +103,6 @@ def all_methods(
 def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
     """Return a network's raw output clamped to 0..1, (H, W) float32, with the traced pixels repainted."""
     return np.clip(model.predict(part), 0, 1)
-
-
-def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of pixel orders if there is at least one, and all are known and different."""
-    names = tuple(check_order(order, 0) for order in orders)
-    if not names or len(set(names)) < len(names):
-        raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
-    return names
 
 
 def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:

@@ -22,6 +22,7 @@ from bobrossnet.learn.evaluation.methods import is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.metrics import flip, psnr, ssim
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import counted
 from bobrossnet.support.tables import best_bold, plus_minus, table
 
 
@@ -234,7 +235,7 @@ class Evaluation:
         )
 
     def __str__(self) -> str:
-        parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]
+        parts = [f"Means over {counted(len(self.pictures), 'picture')} of {counted(len(set(self.shapes)), 'shape')}."]
         for metric, described in METRICS.items():
             parts += [f"{described.label}:", self.table(metric)]
             if metric == "ssim":

@@ -29,11 +29,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
+from bobrossnet.learn.checks import MAX_FRAMES, check_orders
 from bobrossnet.learn.evaluation.confidence import relative_change
-from bobrossnet.learn.evaluation.methods import Weights, all_methods, check_orders, is_kept
+from bobrossnet.learn.evaluation.methods import Weights, all_methods, is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
 from bobrossnet.support.errors import InputError, check_array, check_integer
+from bobrossnet.support.messages import counted
 from bobrossnet.support.progress import progress
 from bobrossnet.support.tables import best_bold, plus_minus, table
 
@@ -206,9 +208,10 @@ class Stability:
     def caption(self) -> str:
         """Return the caption of `table`."""
         return (
-            f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes. Converging pictures go from "
-            f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, and their flicker is "
-            f"summed. Orbits turn by {ORBIT_STEP:g}° a frame, and their flicker is the mean of a frame."
+            f"Flicker in gray levels of {LEVELS}, means over {counted(len(self.shapes), 'shape')}. Converging "
+            f"pictures go from {100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, and "
+            f"their flicker is summed. Orbits turn by {ORBIT_STEP:g}° a frame, and their flicker is the mean of a "
+            "frame."
         )
 
     def __str__(self) -> str:
@@ -309,8 +312,8 @@ def measure_stability(
     InputWarning
         If a scene is omitted because its file can't be loaded.
     """
-    check_integer("frames", frames, 2, 10_000)
-    check_integer("orbit_frames", orbit_frames, 2, 10_000)
+    check_integer("frames", frames, 2, MAX_FRAMES)
+    check_integer("orbit_frames", orbit_frames, 2, MAX_FRAMES)
     methods = all_methods(models, fillings, repainting=repainting)
     orders = check_orders(orders)
     runs = [(method, order) for method in methods for order in orders]

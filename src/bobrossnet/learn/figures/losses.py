@@ -17,6 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from bobrossnet.learn.checks import MAX_COUNT
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
 from bobrossnet.learn.dataset.loader import Batch, Batches
 from bobrossnet.learn.dataset.plan import PATCH, random_generator
@@ -121,7 +122,7 @@ def compare_losses(
     InputError
         If a number is out of range.
     """
-    check_integer("steps", steps, 0, 2**31 - 1)
+    check_integer("steps", steps, 0, MAX_COUNT)
     config = TrainConfig(network=network, batch=batch, optimizer="adadelta", learning_rate=1.0, seed=seed)
     sets = {
         TRAINED: Batches(dataset, "train", size=samples, seed=seed)[0],

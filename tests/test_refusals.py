@@ -1,0 +1,139 @@
+"""Wrong arguments are refused before any file is read, and before slow libraries are imported."""
+
+import shutil
+import socket
+import subprocess
+import sys
+
+import pytest
+
+import bobrossnet as bob
+from bobrossnet.adapters import files
+from bobrossnet.command_line.cli import main
+from bobrossnet.pictures import thumbnails, view_files
+
+LOOK = [
+    "--samples 3",
+    "--samples x",
+    "--background nonsense",
+    "--light nonsense",
+    "--light missing.hdr",
+    "--size 0x0",
+]
+LINES = ["--line-width 1000", "--line-color nonsense"]
+SECTIONS = ["--section q=1", 7 * "--section x=1 "]
+COMMANDS = {
+    "render a.ply": [
+        *LOOK,
+        *LINES,
+        *SECTIONS,
+        "missing.ply",
+        "a.zzz",
+        "sample:nonsense",
+        "--format zzz",
+        "--model nonsense",
+        "--order nonsense",
+        "--seed -1",
+        "--fov 200",
+        "-o a.zzz",
+        "-o missing/a.png",
+        "--style lines -o a.svg --background #fff,#000",
+    ],
+    "sheet a.ply": [
+        *SECTIONS,
+        "--views nonsense",
+        "--views front,front,front,front,front,front,front",
+        "--size 100x100",
+        "-o a.zzz",
+        "missing.ply",
+    ],
+    "measure a.ply": ["missing.ply", "--unit furlong"],
+    "orbit a.ply": [
+        *LOOK,
+        *LINES,
+        *SECTIONS,
+        "--frames 0",
+        "--fps 0",
+        "--fps 1000",
+        "--elevation 91",
+        "--model nonsense",
+        "--scheduler nonsense",
+        "-o a.zzz",
+        "missing.ply",
+    ],
+    "thumbs . -o out": [*LOOK, "--workers 0", "--elevation 91", "--sheet a.zzz"],
+    "thumbs .": ["-o a.ply"],
+    "dataset views . -o out": [*LOOK, "--views 0", "--format zzz"],
+    "view a.ply --no-browser": [
+        "--port 70000",
+        "--port BUSY",
+        "--light nonsense",
+        "--background nonsense",
+        "--export missing/a.html",
+        "--export a.ply",
+        "missing.ply",
+    ],
+    "mesh a.ply": ["--step 0", "-o a.zzz", "missing.ply"],
+    "pack a.bob a.ply": ["--light nonsense", "missing.ply"],
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with a shape whose reading fails the test."""
+
+    def read(*_, **__):
+        pytest.fail("a file was read")
+
+    bob.happy_tree().mesh(0.5).save(tmp_path / "a.ply")
+    shutil.copy(tmp_path / "a.ply", tmp_path / "a.zzz")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(files, "_loaded", read)
+    monkeypatch.setattr(thumbnails, "_made", read)
+    monkeypatch.setattr(view_files, "_write", read)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("command", "wrong"), [(command, wrong) for command, several in COMMANDS.items() for wrong in several]
+)
+def test_wrong_arguments_are_refused_before_files_are_read(command, wrong, folder, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as busy:
+        words = f"{command} {wrong}".replace("BUSY", str(busy.getsockname()[1])).split()
+        assert main(words) == 2
+    assert capsys.readouterr().err.startswith("bobrossnet: error: ")
+    assert sorted(file.name for file in folder.iterdir()) == ["a.ply", "a.zzz"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "train missing run",
+        "dataset compare missing .",
+        "evaluate . --size 5x5",
+        "evaluate . --models nonsense",
+        "evaluate . --csv missing/scores.csv",
+        "evaluate . --orders nonsense",
+        "evaluate missing",
+        "evaluate --quick --stability",
+        "calibrate a.zzz",
+        "calibrate a.safetensors --shapes 1",
+        "calibrate a.safetensors --model nonsense",
+        "figures out --data missing",
+        "figures out --scores missing",
+        "figures out --weights nonsense",
+        "figures out --frames 0",
+        "figures a.ply",
+        "mcp missing",
+    ],
+)
+def test_wrong_arguments_are_refused_before_slow_imports(words, folder, capsys):
+    code = (
+        "import sys; sys.modules.update(dict.fromkeys(('torch', 'zarr', 'scipy', 'mcp')));"
+        "from bobrossnet.command_line.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *words.split()], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("bobrossnet: error: ")
+    assert done.stderr.count("\n") == 1
+    assert "pip install" not in done.stderr
