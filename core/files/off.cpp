@@ -49,6 +49,16 @@ public:
         return number_of(word);
     }
 
+    /// Whether this line has no more words.
+    [[nodiscard]] bool is_at_line_end() const { return trimmed(words_.rest()).empty(); }
+
+    /// Counts the lines after this one that have words.
+    [[nodiscard]] std::size_t lines_left() const {
+        std::size_t count = 0;
+        for (Lines lines = lines_; lines.next();) count += !trimmed(lines.line().substr(0, lines.line().find('#'))).empty();
+        return count;
+    }
+
     /// The numbers that are left on this line.
     const std::vector<double>& rest() {
         rest_.clear();
@@ -104,13 +114,23 @@ Contents read_off(Bytes bytes, Beside&) {
         }
     }
     const double vertices = rows.next(of_counts), faces = rows.next(of_counts);
-    static_cast<void>(rows.rest());  // the number of edges
+    NumberReader ahead = rows;
+    bool are_rows = ahead.rest().size() <= 1;  // the number of edges
+    if (are_rows) {
+        rows = std::move(ahead);
+    } else {
+        static_cast<void>(rows.next(of_counts));
+    }
     // A number takes at least a digit and a space.
     if (!(vertices >= 0 && faces >= 0 && 2 * (3 * vertices + faces) <= static_cast<double>(bytes.size()) + 1)) {
         const auto shown = [](double count) { return count >= 0 && count < 1e18 ? grouped(static_cast<std::uint64_t>(count)) : "others"; };
         refuse({"expected counts of vertices and faces that the file can hold, got ", shown(vertices), " and ", shown(faces)});
     }
     const auto vertex_count = static_cast<std::size_t>(vertices), face_count = static_cast<std::size_t>(faces);
+
+    // A line has one vertex or face, with its color. Some writers put several on a line, where no color ends them.
+    are_rows = are_rows && rows.lines_left() >= vertex_count + face_count;
+    const bool are_vertex_rows = are_rows;
 
     Contents contents;
     Part& part = contents.parts.emplace_back();
@@ -126,22 +146,35 @@ Contents read_off(Bytes bytes, Beside&) {
             for (int k = 0; k < 3; ++k) place[k] /= w;
         }
         for (int k = 0; kind.has_normals && k < 3; ++k) part.normals[3 * i + static_cast<std::size_t>(k)] = rows.next(of_vertices);
+        if (!are_vertex_rows) {
+            double rgba[4];
+            for (int k = 0; kind.has_colors && k < 4; ++k) rgba[k] = rows.next(of_vertices);
+            for (int k = 0; kind.has_texture_coordinates && k < 2; ++k) static_cast<void>(rows.next(of_vertices));
+            if (kind.has_colors) colors.set(i, rgba);
+            continue;
+        }
         std::span<const double> rest = rows.rest();
         if (kind.has_texture_coordinates) rest = rest.first(rest.size() - std::min<std::size_t>(rest.size(), 2));
         if (!rest.empty()) colors.set(i, rest);
     }
     Polygons polygons;
     std::vector<std::int32_t> polygon;
+    const auto check_shared_lines = [&](bool is_good) {
+        if (!is_good) refuse({"expected a line for each vertex and each face, or several on a line without colors, got others"});
+    };
+    are_rows |= rows.is_at_line_end() && rows.lines_left() >= face_count;
     for (std::size_t i = 0; i < face_count; ++i) {
         const double size = rows.next(of_faces);
         if (!(size >= 0 && size <= static_cast<double>(bytes.size()))) {
             refuse({"face ", grouped(i + 1), ": expected a count of corners that the file can hold"});
         }
+        check_shared_lines(are_vertex_rows || size >= 3);
         polygon.clear();
         for (double corner = 0; corner < size; ++corner) polygon.push_back(index_of(rows.next(of_faces)));
         polygons.add(polygon);
-        face_colors.set(i, rows.rest());
+        if (are_rows) face_colors.set(i, rows.rest());
     }
+    check_shared_lines(are_vertex_rows || (rows.is_at_line_end() && rows.lines_left() == 0));
     if (colors.are_numbered() || face_colors.are_numbered()) {
         contents.warnings.emplace_back("colors were left out: they are numbers in a list of colors, which is not in the file");
     }

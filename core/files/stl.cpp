@@ -60,54 +60,87 @@ Part read_binary(Bytes bytes, std::size_t count) {
     return part;
 }
 
-[[noreturn]] void refuse_line(std::string_view line) {
-    refuse({"expected facets of three vertices, each of three numbers, got ", quoted(trimmed(line))});
+[[noreturn]] void refuse_facet(std::string_view got) {
+    refuse({"expected facets of three vertices, each of three numbers, got ", quoted(trimmed(got))});
 }
 
-double coordinate(std::string_view word, std::string_view line) {
-    try {
-        return number_of(word);
-    } catch (const std::invalid_argument&) {
-        if (word.find(',') != std::string_view::npos) throw;
-        refuse_line(line);
+/// Reads a text word by word: some writers put facets, or the whole file, on one line.
+class Text {
+public:
+    explicit Text(std::string_view text) : lines_(text), welding_(3 * (text.size() / 256)) {}
+
+    std::vector<Part> read() && {
+        while (lines_.next()) {
+            words_ = Words(lines_.line());
+            for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) take(word);
+        }
+        if (corners_ > 0) refuse_facet("the end of the file");
+        end_solid();
+        return std::move(parts_);
     }
-}
 
-std::vector<Part> read_text(std::string_view text) {
-    std::vector<Part> parts;
-    Welding welding(3 * (text.size() / 256));
-    int corners = -1;  // of the facet so far; -1 outside of one
-    const auto end_solid = [&] {
-        if (Part part = std::move(welding).part(); !part.triangles.empty()) parts.push_back(std::move(part));
-        welding = Welding(0);
-    };
-    for (Lines lines(text); lines.next();) {
-        Words words(lines.line());
-        const std::string_view word = words.next();
+private:
+    void take(std::string_view word) {
+        const std::string_view line = lines_.line(), from_here = line.substr(static_cast<std::size_t>(word.data() - line.data()));
         if (is_word(word, "vertex")) {
-            if (++corners < 1 || corners > 3) refuse_line(lines.line());
-            double place[3];
-            for (double& x : place) {
-                const std::string_view digits = words.next();
-                if (digits.empty()) refuse_line(lines.line());
-                x = coordinate(digits, lines.line());
-            }
-            if (!words.next().empty()) refuse_line(lines.line());
-            welding.add(place[0], place[1], place[2]);
+            if (++corners_ < 1 || corners_ > 3) refuse_facet(from_here);
+            add_vertex(from_here);
         } else if (is_word(word, "facet")) {
-            if (corners >= 0) refuse_line(lines.line());
-            corners = 0;
+            if (corners_ >= 0) refuse_facet(from_here);
+            corners_ = 0;
         } else if (is_word(word, "endfacet")) {
-            if (corners != 3) refuse_line(lines.line());
-            corners = -1;
-        } else if (is_word(word, "endsolid")) {
-            end_solid();
+            if (corners_ != 3) refuse_facet(from_here);
+            corners_ = -1;
+        } else if (corners_ < 0) {
+            if (is_word(word, "endsolid")) end_solid();
+            skip_name();
         }
     }
-    if (corners > 0) refuse_line("the end of the file");
-    end_solid();
-    return parts;
-}
+
+    void add_vertex(std::string_view from_here) {
+        double place[3];
+        for (double& x : place) {
+            const std::string_view digits = words_.next();
+            if (digits.empty()) refuse_facet(from_here);
+            x = coordinate(digits, from_here);
+        }
+        Words ahead = words_;
+        const std::string_view word = ahead.next();
+        if (!word.empty() && !is_word(word, "vertex") && !is_word(word, "endloop") && !is_word(word, "endfacet")) refuse_facet(from_here);
+        welding_.add(place[0], place[1], place[2]);
+    }
+
+    static double coordinate(std::string_view word, std::string_view from_here) {
+        try {
+            return number_of(word);
+        } catch (const std::invalid_argument&) {
+            if (word.find(',') != std::string_view::npos) throw;
+            refuse_facet(from_here);
+        }
+    }
+
+    /// Skips the name of a solid: the rest of the line, or its words before "facet normal".
+    void skip_name() {
+        while (!trimmed(words_.rest()).empty()) {
+            Words ahead = words_;
+            const bool is_facet = is_word(ahead.next(), "facet");
+            const Words after = ahead;
+            if (is_facet && is_word(ahead.next(), "normal")) return;
+            words_ = after;
+        }
+    }
+
+    void end_solid() {
+        if (Part part = std::move(welding_).part(); !part.triangles.empty()) parts_.push_back(std::move(part));
+        welding_ = Welding(0);
+    }
+
+    Lines lines_;
+    Words words_{{}};
+    std::vector<Part> parts_;
+    Welding welding_;
+    int corners_ = -1;  // of the facet so far; -1 outside of one
+};
 
 }  // namespace
 
@@ -118,7 +151,7 @@ Contents read_stl(Bytes bytes, Beside&) {
     const bool is_text = is_word(trimmed(head).substr(0, 5), "solid") && head.find('\0') == std::string_view::npos;
     Contents contents;
     if (!is_exact && is_text) {
-        contents.parts = read_text(text);
+        contents.parts = Text(text).read();
     } else if (is_exact || (count > 0 && bytes.size() >= header && (bytes.size() - header) / facet >= count)) {
         contents.parts.push_back(read_binary(bytes, count));
     } else {
