@@ -350,8 +350,8 @@ void read_rows(Source& source, const Element& element, std::span<const Target> t
             }
         }
     } catch (const Ended&) {
-        const std::string got = is_text ? joined({"got ", grouped(row), " and a bit"}) : "but the file ends before them";
-        refuse({"expected ", grouped(element.rows), " ", utf8(element.name.substr(0, 40)), ", ", got});
+        const std::string why = is_text ? joined({"but row ", grouped(row + 1), " is missing or too short"}) : "but the file ends before them";
+        refuse({"expected ", grouped(element.rows), " ", utf8(element.name.substr(0, 40)), ", ", why});
     }
 }
 

@@ -171,8 +171,8 @@ void Polygons::add(std::span<const std::int32_t> polygon) {
 Numbers<std::int32_t> triangulated(Polygons&& polygons, const Numbers<double>& vertices, std::span<const std::int32_t> points,
                                    std::vector<std::string>& warnings) {
     if (polygons.sizes.empty()) return std::move(polygons.corners);
-    std::size_t count = 0, fans = 0;
-    for (const std::int32_t size : polygons.sizes) count += Polygons::triangles(size);
+    std::size_t count = 0, fans = 0, flat = 0;
+    for (const std::int32_t size : polygons.sizes) count += Polygons::triangles(size), flat += size < 3;
     Numbers<std::int32_t> triangles(3 * count);
     Triangulator triangulator(vertices, points);
     const std::int32_t* polygon = polygons.corners.data();
@@ -192,6 +192,7 @@ Numbers<std::int32_t> triangulated(Polygons&& polygons, const Numbers<double>& v
         polygon += size;
     }
     if (fans) warnings.push_back(joined({grouped(fans), " concave polygons were cut into fans: they have too many corners"}));
+    if (flat && count) warnings.push_back(joined({"left out ", grouped(flat), flat > 1 ? " faces" : " face", " of fewer than three corners"}));
     return triangles;
 }
 

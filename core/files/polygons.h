@@ -21,7 +21,7 @@ struct Polygons {
 
 /// The triangles (T, 3) of polygons in their order. vertices: (V, 3); points: the vertex of each corner's position, or empty if corners
 /// are vertices. A fan around the first corner suffices if it turns no triangle over; other polygons lose one ear after
-/// the other. Adds a warning where there is too much work for that.
+/// the other. Adds a warning where there is too much work for that, and one of faces without a triangle.
 [[nodiscard]] Numbers<std::int32_t> triangulated(Polygons&& polygons, const Numbers<double>& vertices,
                                                  std::span<const std::int32_t> points, std::vector<std::string>& warnings);
 
