@@ -126,7 +126,7 @@ private:
     void draw(const Drawn& drawn);
     [[nodiscard]] const Weights& weights_of(std::size_t node);
     [[nodiscard]] std::size_t instance_count(JsonValue node) const;
-    [[nodiscard]] std::vector<Rows> instances_of(JsonValue node) const;
+    [[nodiscard]] std::vector<Rows> instances_of(JsonValue node);
     [[nodiscard]] const DracoMesh* draco_mesh(JsonValue stored);
     [[nodiscard]] Numbers<double> numbers(JsonValue stored, std::string_view name, int width, std::optional<bool> is_normalized = {});
     [[nodiscard]] Part read(JsonValue stored, const Weights& weights);
@@ -165,9 +165,7 @@ void Scene::read() {
     placing_.finish();
     if (data_.list("scenes").size() > 1) not_shown_.add("other scenes");
     if (data_.root()["animations"].size()) not_shown_.add("animations");
-    std::string names;
-    for (const std::string& name : not_shown_.names()) names += (names.empty() ? "not shown: " : ", ") + name;
-    if (!names.empty()) contents_.warnings.push_back(names);
+    not_shown_.report(contents_, !contents_.parts.empty());
 }
 
 void Scene::check_extensions() const {
@@ -367,7 +365,7 @@ std::size_t Scene::instance_count(JsonValue node) const {
     return result.value_or(1);
 }
 
-std::vector<Rows> Scene::instances_of(JsonValue node) const {
+std::vector<Rows> Scene::instances_of(JsonValue node) {
     const JsonValue attributes = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
     std::vector<Rows> result(instance_count(node), identity);
     const auto values = [&](std::string_view name, int width, double otherwise, double last) {
@@ -381,6 +379,7 @@ std::vector<Rows> Scene::instances_of(JsonValue node) const {
         }
         return numbers;
     };
+    if (attributes["_COLOR_0"]) not_shown_.add("colours of instances");
     const Numbers<double> shifts = values("TRANSLATION", 3, 0, 0), turns = values("ROTATION", 4, 0, 1), scales = values("SCALE", 3, 1, 1);
     for (std::size_t i = 0; i < result.size(); ++i) {
         result[i] = placed({shifts[3 * i], shifts[3 * i + 1], shifts[3 * i + 2]}, {turns[4 * i], turns[4 * i + 1], turns[4 * i + 2], turns[4 * i + 3]},
@@ -586,7 +585,7 @@ Contents read_glb(Bytes bytes, Beside& beside) {
         refuse({"expected a GLB, which starts with 'glTF', got ", quoted(name_at(bytes, 0))});
     }
     const std::uint32_t version = number_at(bytes, 4);
-    if (version != 2) refuse({"expected a GLB of version 2, got ", std::to_string(version)});
+    if (version != 2) refuse({"expected a GLB of version 2, got ", std::to_string(version), "; export it as glTF 2.0"});
     const std::uint64_t size = number_at(bytes, 8), start = head + chunk_head, end = start + number_at(bytes, head);
     if (size > bytes.size() || end > size) expect_bytes("its head", std::max(size, end), bytes.size());
     if (name_at(bytes, 16) != "JSON") refuse({"expected a first chunk of JSON, got one of ", quoted(name_at(bytes, 16))});

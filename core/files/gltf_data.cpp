@@ -145,7 +145,7 @@ GltfData::GltfData(Bytes text, std::optional<Bytes> chunk, Beside& beside) : doc
     if (!root.is_object()) refuse({"expected a glTF, which is an object, got ", root.brief()});
     const JsonValue version = root["asset"]["version"];
     if (!version.text() || !version.text()->starts_with("2.")) {
-        refuse({"asset: expected version 2.0, got ", (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief())});
+        refuse({"asset: expected version 2.0, got ", (version.text() ? std::string(version.text()->substr(0, 40)) : version.brief()), "; export it as glTF 2.0"});
     }
     // Before anything is made for each of them.
     check_instances("nodes", root["nodes"].size());

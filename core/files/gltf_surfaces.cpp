@@ -62,7 +62,6 @@ UvSet uv_set(JsonValue info) {
 
 }  // namespace
 
-void NotShown::add(std::string_view name) { names_.emplace(name); }
 
 int GltfSurfaces::number(JsonValue material, const std::function<bool(int)>& has) {
     const JsonValue found = data_.item("materials", material);

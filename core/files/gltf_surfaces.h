@@ -4,24 +4,14 @@
 #include <array>
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "files/gltf_data.h"
+#include "files/not_shown.h"
 
 namespace bob::files {
-
-/// Features of a file that are not shown, by the names that warnings give them.
-class NotShown {
-public:
-    void add(std::string_view name);
-    [[nodiscard]] const std::set<std::string, std::less<>>& names() const { return names_; }
-
-private:
-    std::set<std::string, std::less<>> names_;
-};
 
 /// One set of texture coordinates: an attribute of the vertices, moved.
 struct UvSet {

@@ -14,6 +14,25 @@ namespace {
 
 using Statements = std::map<std::string, std::string, std::less<>>;  // by their first words, in lower case
 
+/// Statements of maps that are not shown. map_Ka is missing: it repeats map_Kd, and surfaces have one color.
+constexpr std::pair<std::string_view, std::string_view> other_maps[] = {
+    {"bump", "bump maps"},
+    {"map_bump", "bump maps"},
+    {"disp", "displacement maps"},
+    {"map_disp", "displacement maps"},
+    {"norm", "normal maps"},
+    {"map_kn", "normal maps"},
+    {"map_ke", "emission maps"},
+    {"map_ks", "specular maps"},
+    {"map_ns", "maps of glossiness"},
+    {"map_pm", "maps of metal and roughness"},
+    {"map_pr", "maps of metal and roughness"},
+    {"map_ps", "sheen maps"},
+    {"refl", "reflection maps"},
+    {"map_refl", "reflection maps"},
+    {"decal", "decals"},
+};
+
 std::optional<double> number(std::string_view word) {
     try {
         const double value = number_of(word);
@@ -102,6 +121,9 @@ MtlMaterial material_of(std::string_view own_name, const Statements& of, std::st
     result.color = map_of(statement(of, "map_kd"), library), result.mask = map_of(statement(of, "map_d"), library);
     std::ranges::copy(given_color("Kd", 1), material.color);
     std::ranges::copy(given_color("Ke", 0), material.emissive);
+    for (const auto& [name, map] : other_maps) {
+        if (of.contains(name)) result.not_shown.push_back(map);
+    }
     const auto first = [&](std::string_view name) { return number(Words(statement(of, name)).next()); };
     if (of.contains("pm") || of.contains("pr")) {
         material.metallic = unit(first("pm"), 0), material.roughness = unit(first("pr"), 0.5);

@@ -22,6 +22,7 @@ struct Map {
 struct MtlMaterial {
     Material reflecting;
     Map color, mask;
+    std::vector<std::string_view> not_shown;  // names of its other maps
 };
 
 using MtlMaterials = std::map<std::string, MtlMaterial, std::less<>>;

@@ -1,4 +1,4 @@
-/// OBJ: points, their colours, normals, places on textures and polygons, and the materials of its libraries; curves are passed over.
+/// OBJ: points, their colours, normals, places on textures and polygons, and the materials of its libraries.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,6 +11,7 @@
 #include "base/interruption.h"
 #include "files/colors.h"
 #include "files/mtl.h"
+#include "files/not_shown.h"
 #include "files/polygons.h"
 #include "files/read.h"
 #include "files/split.h"
@@ -100,7 +101,13 @@ public:
                 label_.reset();
                 continue;
             }
-            if (word != "v" && word != "vn" && word != "vt" && word != "f") continue;
+            if (word != "v" && word != "vn" && word != "vt" && word != "f") {
+                if (word == "l") not_shown_.add("lines");
+                if (word == "p") not_shown_.add("points");
+                if (word == "curv" || word == "curv2") not_shown_.add("curves");
+                if (word == "surf") not_shown_.add("freeform surfaces");
+                continue;
+            }
             Words numbers(words.rest().substr(0, words.rest().find('#')));
             if (word == "v") {
                 add_point(numbers);
@@ -138,6 +145,14 @@ public:
         }
         contents.labels = std::move(tree_);
         whole.triangles = triangulated(std::move(polygons_), points_, points, contents.warnings);
+        if (has_materials_) {
+            for (const std::string& name : names_) {
+                const auto found = materials.find(name);
+                if (found == materials.end()) continue;
+                for (const std::string_view map : found->second.not_shown) not_shown_.add(map);
+            }
+        }
+        not_shown_.report(contents, !whole.triangles.empty());
         if (whole.triangles.empty()) {
             whole.vertices = std::move(points_);
             contents.parts.push_back(std::move(whole));
@@ -274,6 +289,7 @@ private:
 
     const bool has_materials_;
     bool is_textured_ = false;
+    NotShown not_shown_;
     Numbers<double> points_, colors_, normals_, places_;
     Polygons polygons_;
     std::vector<std::int32_t> polygon_, materials_;  // materials_: of the polygons
