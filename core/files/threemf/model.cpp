@@ -266,7 +266,11 @@ private:
             if (attribute.name != "path" || second_of(extensions, attribute.space) != "p:") continue;
             const auto found = package_.part(attribute.value);
             key.first = found.value_or(static_cast<std::size_t>(-1));
-            if (found) model_.named.push_back(*found);
+            if (found) {
+                model_.named.push_back(*found);
+            } else {
+                key.second += joined({" in ", quoted(attribute.value)});  // for the message: no object has this id
+            }
         }
         return {std::move(key), place_of(get)};
     }

@@ -162,7 +162,7 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
                 raise InputError(f"{path}: expected a flat picture, got a deep one, in {name}; flatten it first")
             planes[name if name not in planes else prefix + name] = pixels
     if not planes:
-        raise InputError(f"{path}: expected an OpenEXR file with channels, got none")
+        raise InputError(f"{path}: expected an OpenEXR file with channels, got none; it may be cut short")
     sizes = {pixels.shape for pixels in planes.values()}
     if len(sizes) > 1:
         raise InputError(f"{path}: expected channels of one size, got {len(sizes)} different ones")
