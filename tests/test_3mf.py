@@ -132,6 +132,13 @@ def test_part_names(name: str, path: str, tmp_path: Path) -> None:
     assert sorted(instance.shape.vertices.tolist()) == [[0, 0, 0], [0, 1, 0], [1, 0, 0]]
 
 
+def test_a_missing_model_is_named(tmp_path: Path) -> None:
+    root = "<object id='2'><components><component p:path='/3D/gone.model' objectid='1'/></components></object>"
+    file = package(tmp_path, {"3D/3dmodel.model": model(root, "<item objectid='2'/>")})
+    with pytest.raises(bob.InputError, match=r"expected an object with id 1 in '/3D/gone.model', found none$"):
+        bob.load(file)
+
+
 def test_what_is_not_shown_is_one_warning(tmp_path: Path) -> None:
     resources = (
         "<m:translucentdisplayproperties id='8'/><m:multiproperties id='9' pids='5 8'/>"

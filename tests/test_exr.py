@@ -246,7 +246,7 @@ def test_what_is_no_such_file_is_named(picture, tmp_path, capsys):
     write_exr(whole, layers(picture, PROGRAMS["plain"]))
     cut = tmp_path / "cut.exr"
     cut.write_bytes(whole.read_bytes()[:2000])
-    with pytest.raises(bob.InputError, match=r"cut.exr: expected an OpenEXR file"):
+    with pytest.raises(bob.InputError, match=r"cut.exr: .* got none; it may be cut short$"):
         read_exr(cut)
     gray = tmp_path / "depth.exr"
     write_exr(gray, {"Z": np.ones(SIZE, np.float32)})

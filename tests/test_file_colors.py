@@ -357,6 +357,7 @@ def test_ply_colors_of_mitsuba_are_linear(tmp_path: Path) -> None:
     assert np.allclose(mesh.colors, (1, 0.5, 0))
 
 
+@pytest.mark.filterwarnings("ignore:.*left out 1 face of fewer than three corners")
 def test_ply_colors_of_faces(tmp_path: Path) -> None:
     faces = "4 0 1 2 3 255 0 0\n3 0 1 2 0 255 0\n2 0 1 9 9 9\n3 1 2 3 0 0 255\n"
     mesh = mesh_of(ply(tmp_path, "", rgb("uchar"), rows="\n" * 4, faces=faces))

@@ -409,7 +409,7 @@ def test_ply_cut_short(tmp_path: Path) -> None:
     cut = ply("binary_little_endian", 5, 2, body + struct.pack("<B3i", 3, 0, 1, 2) + struct.pack("<Bi", 4, 1))
     assert "expected 2 face, but the file ends before them" in error_of(written(tmp_path / "a.ply", cut))
     text = ply("ascii", 3, 1, b"0 0 0\n1 0 0\n0 1 0\n3 0 1\n")
-    assert "expected 1 face, got 0 and a bit" in error_of(written(tmp_path / "b.ply", text))
+    assert "expected 1 face, but row 1 is missing or too short" in error_of(written(tmp_path / "b.ply", text))
     negative = ply("ascii", 3, 1, b"0 0 0\n1 0 0\n0 1 0\n-3 0 1 2\n")
     error_of(written(tmp_path / "c.ply", negative))
 

@@ -381,6 +381,22 @@ def test_instances_may_be_turned_by_normalized_integers(tmp_path: Path) -> None:
     assert np.allclose(found[4:], POINTS[:, [1, 0, 2]] * (-1, 1, 1) + (5, 0, 0), atol=1e-4)
 
 
+def test_colors_of_instances_are_named(tmp_path: Path) -> None:
+    made = Gltf()
+    colors = {"_COLOR_0": made.add(np.eye(3, dtype="<f4")), "TRANSLATION": made.add(np.eye(3, dtype="<f4"))}
+    made.node["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": colors}}
+    scene, warned = told(made.saved(tmp_path))
+    assert scene.counts()["triangle"] == 6
+    assert warned == ["a.gltf: not shown: colours of instances"]
+
+
+def test_a_file_of_lines_is_refused_by_their_name(tmp_path: Path) -> None:
+    made = Gltf()
+    made.primitive["mode"] = 3
+    with pytest.raises(bob.InputError, match=r"a.gltf: expected triangles, got none; not shown: lines$"):
+        bob.load(made.saved(tmp_path))
+
+
 def test_hidden_nodes_hide_what_hangs_on_them(tmp_path: Path) -> None:
     made = Gltf()
     hidden = {"children": [2], "extensions": {"KHR_node_visibility": {"visible": False}}}

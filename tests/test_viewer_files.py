@@ -1141,7 +1141,7 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its header on
         ("a.ply", ply_text(number="0x1"), "expected numbers, got others ("),
         ("a.ply", ply_text(length="1e-320"), "expected a whole number, got '1e-320'"),
         ("a.ply", ply_text(rows="3.0"), "expected a whole number, got '3.0'"),
-        ("a.ply", ply_text(x="property list int float x"), "expected 3 vertex, got 1 and a bit"),
+        ("a.ply", ply_text(x="property list int float x"), "expected 3 vertex, but row 2 is missing or too short"),
         ("a.ply", ply_text(x="property list x"), "expected a PLY type such as float or int, got list"),
         ("a.ply", ply_text(corners="property int vertex_indices"), "expected triangles, got a point cloud of 3 points"),
         ("a.glb", without_types(), "accessors[0]: expected a type such as VEC3 and a componentType such as 5126, got "),

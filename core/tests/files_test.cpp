@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 #include "check.h"
@@ -25,6 +26,16 @@ Contents read(std::string_view format, std::string_view text, std::string_view b
         }
     }
     return std::move(reading.contents());
+}
+
+/// The message of a refused file; empty if it is read.
+std::string refusal(std::string_view format, std::string_view text) {
+    try {
+        static_cast<void>(read(format, text));
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return {};
 }
 
 /// Of triangles in the plane z = 0, with the sign of their turns.
@@ -131,6 +142,49 @@ TEST(off_has_numbers_of_every_kind) {
     const Contents faces = read("off", "OFF3 2\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1 0 0\n3 2 1 0\n");
     CHECK(faces.parts.at(0).face_colors.at(0) == 1);
     CHECK(std::isnan(faces.parts.at(0).face_colors.at(3)));
+}
+
+TEST(off_lines_may_have_several_vertices_or_faces) {
+    const Numbers<double> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+    const auto check = [&](std::string_view text, std::size_t colors) {
+        const bob::files::Part part = read("off", text).parts.at(0);
+        CHECK(part.vertices == corners);
+        CHECK(part.triangles == (Numbers<std::int32_t>{0, 1, 2, 1, 3, 2}));
+        CHECK(part.face_colors.size() == colors);
+        CHECK(part.colors.empty());
+    };
+    check("OFF 4 2 5 0 0 0 1 0 0 0 1 0 1 1 0 3 0 1 2 3 1 3 2", 0);
+    check("OFF\n4 2 0\n0 0 0 1 0 0\n0 1 0  1 1 0 # two\n3 0 1 2 3 1 3 2\n", 0);
+    check("OFF\n4 2 0\n0 0 0 1 0 0 0 1 0 1 1 0\n3 0 1 2 1 0 0\n3 1 3 2 0 1 0\n", 6);
+    const bob::files::Part colored = read("off", "COFF 3 1 0\n0 0 0 1 0 0 1 1 0 0 0 1 0 1\n0 1 0 0 0 1 1 3 0 1 2").parts.at(0);
+    CHECK(colored.colors == (Numbers<double>{1, 0, 0, 0, 1, 0, 0, 0, 1}));
+    // The colors of a file that was cut short are no vertices.
+    CHECK(refusal("off", "OFF\n4 1 0\n0 0 0 1 0 0\n1 0 0 0 1 0\n0 1 0 0 0 1\n").starts_with("expected a line for each vertex"));
+}
+
+TEST(faces_without_a_triangle_are_counted) {
+    using Warnings = std::vector<std::string>;
+    CHECK((read("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf\nf 1 2\nf 1 2 3\n").warnings == Warnings{"left out 2 faces of fewer than three corners"}));
+    CHECK((read("off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n3 0 1 2\n").warnings == Warnings{"left out 1 face of fewer than three corners"}));
+}
+
+TEST(obj_features_that_are_not_shown_are_named) {
+    const std::string square = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", library = "newmtl a\nmap_Ks k.png\nnorm n.png\nmap_Ka a.png\nnewmtl b\ndisp d.png\n";
+    CHECK((read("obj", "mtllib a.mtl\n" + square + "usemtl a\nf 1 2 3\nl 1 2\np 1\n", library).warnings ==
+           std::vector<std::string>{"not shown: lines, normal maps, points, specular maps"}));
+    CHECK(refusal("obj", square + "l 1 2 3\n") == "expected triangles, got none; not shown: lines");
+}
+
+TEST(stl_texts_may_be_one_line) {
+    const auto facet = [](std::string_view x) {
+        return "facet normal 0 0 1 outer loop vertex 0 0 0 vertex " + std::string(x) + " 0 0 vertex 0 1 0 endloop endfacet ";
+    };
+    const Contents contents = read("stl", "solid facet of glass " + facet("1") + facet("2") + "endsolid solid vertex " + facet("3") + "endsolid");
+    CHECK(contents.parts.size() == 2);
+    CHECK((contents.parts.at(0).triangles == Numbers<std::int32_t>{0, 1, 2, 0, 3, 2}));
+    CHECK(contents.parts.at(1).vertices.at(3) == 3);
+    CHECK(refusal("stl", "solid a " + facet("1 2 3") + "endsolid a").starts_with(
+        "expected facets of three vertices, each of three numbers, got 'vertex 1 2 3 0 0 "));
 }
 
 TEST(ply_colors_of_16_bits_and_of_bytes_in_wide_types) {
