@@ -83,6 +83,13 @@ std::int32_t corner_index(std::string_view digits, std::size_t count) {
     return static_cast<std::int32_t>(number - 1);
 }
 
+constexpr std::pair<std::string_view, std::string_view> elements_not_shown[] = {
+    {"l", "lines"},
+    {"p", "points"},
+    {"curv", "curves"},
+    {"surf", "freeform surfaces"},
+};
+
 class Obj {
 public:
     Obj(std::string_view text, const MtlMaterials& materials) : has_materials_(!materials.empty()) {
@@ -102,10 +109,9 @@ public:
                 continue;
             }
             if (word != "v" && word != "vn" && word != "vt" && word != "f") {
-                if (word == "l") not_shown_.add("lines");
-                if (word == "p") not_shown_.add("points");
-                if (word == "curv" || word == "curv2") not_shown_.add("curves");
-                if (word == "surf") not_shown_.add("freeform surfaces");
+                for (const auto& [key, name] : elements_not_shown) {
+                    if (word == key) not_shown_.add(name);
+                }
                 continue;
             }
             Words numbers(words.rest().substr(0, words.rest().find('#')));
