@@ -24,7 +24,7 @@ constexpr std::uint32_t expected = 30;
 
 /// A pixel whose contrast with its corners exceeds `surprising` queues its neighbours at this percentage of the
 /// contrast.
-constexpr std::uint32_t surprising = 32, beside_a_surprise = 20;
+constexpr std::uint32_t surprising = 32, next_to_surprise = 20;
 
 /// Prefetch distance, in pixels.
 constexpr std::size_t ahead = 8;
@@ -40,7 +40,7 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 }  // namespace
 
 AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness)
-    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(lattice_tile(), seed, height, width), looks_(total_), where_(total_) {}
+    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(lattice_tile(), seed, height, width), ranges_(total_), where_(total_) {}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
@@ -80,8 +80,8 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
             where_[index] = chosen;
             const Pixel pixel = pixel_at(index);
             round_.push_back(pixel);
-            const std::uint32_t around_it = looks_[index].contrast();
-            if (around_it > 0) look_around(pixel, nullptr, around_it * expected / 100);
+            const std::uint32_t of_corners = ranges_[index].contrast();
+            if (of_corners > 0) queue_children(pixel, nullptr, of_corners * expected / 100);
         }
         if (queue.taken == queue.pixels.size()) queue = {};
     }
@@ -107,31 +107,31 @@ void AdaptiveOrder::follow_lattice(std::size_t until) {
 }
 
 void AdaptiveOrder::read(const Layout& layout, const float* planes) {
-    const LookReader look_at(layout, planes, total_);
+    const ShadeReader shades_at(layout, planes, total_);
     surprises_.clear();
     for (std::size_t k = 0; k < round_.size(); ++k) {
         if (k + ahead < round_.size()) {
             const std::uint32_t i = index_of(round_[k + ahead]);
-            look_at.prefetch(i);
+            shades_at.prefetch(i);
             prefetch(i);
         }
         const std::uint32_t i = index_of(round_[k]);
-        const Look look = look_at(i);
-        Look corners = looks_[i];
-        const bool has_corners = !corners.is_nothing();
-        corners.add(look);
+        const ShadeRange sample = shades_at(i);
+        ShadeRange corners = ranges_[i];
+        const bool has_corners = !corners.is_empty();
+        corners.add(sample);
         surprises_.push_back(has_corners ? corners.contrast() : 0);
-        looks_[i] = look, where_[i] = traced;
+        ranges_[i] = sample, where_[i] = traced;
     }
     for (std::size_t k = 0; k < round_.size(); ++k) {
         if (k + ahead < round_.size()) prefetch_children(round_[k + ahead]);
-        const Look look = looks_[index_of(round_[k])];
-        look_around(round_[k], &look, 0);
-        if (surprises_[k] > surprising) look_beside(round_[k], surprises_[k]);
+        const ShadeRange sample = ranges_[index_of(round_[k])];
+        queue_children(round_[k], &sample, 0);
+        if (surprises_[k] > surprising) queue_neighbours(round_[k], surprises_[k]);
     }
 }
 
-void AdaptiveOrder::prefetch(std::uint32_t index) const { __builtin_prefetch(&looks_[index]), __builtin_prefetch(&where_[index]); }
+void AdaptiveOrder::prefetch(std::uint32_t index) const { __builtin_prefetch(&ranges_[index]), __builtin_prefetch(&where_[index]); }
 
 void AdaptiveOrder::prefetch_children(Pixel pixel) const {
     for (const Pixel child : children(pixel).pixels) {
@@ -139,7 +139,7 @@ void AdaptiveOrder::prefetch_children(Pixel pixel) const {
     }
 }
 
-void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t least) {
+void AdaptiveOrder::queue_children(Pixel pixel, const ShadeRange* sample, std::uint32_t min_contrast) {
     const auto [pixels, at] = children(pixel);
     if (at.octave < 0) return;  // all children precede it in the lattice
     if (is_inside(pixel, 2 * at.step())) {
@@ -147,7 +147,7 @@ void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t lea
         const auto steps = distances_around(at);
         for (const std::uint32_t step : steps) {
             const std::uint32_t child = index_of(pixel) + step;
-            look_at(child, at, look, least, [&](Look& known) {
+            queue_child(child, at, sample, min_contrast, [&](ShadeRange& known) {
                 for (const std::uint32_t corner : steps) add_corner(known, child + corner);
             });
         }
@@ -155,7 +155,7 @@ void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t lea
     }
     for (const Pixel child : pixels) {
         if (!is_inside(child)) continue;
-        look_at(index_of(child), at, look, least, [&](Look& known) {
+        queue_child(index_of(child), at, sample, min_contrast, [&](ShadeRange& known) {
             for (const Pixel corner : around(child, at.step(), at.diagonal)) {
                 if (is_inside(corner)) add_corner(known, index_of(corner));
             }
@@ -164,18 +164,18 @@ void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t lea
 }
 
 template <class AddCorners>
-void AdaptiveOrder::look_at(std::uint32_t index, Place at, const Look* look, std::uint32_t least, AddCorners add_corners) {
+void AdaptiveOrder::queue_child(std::uint32_t index, Place at, const ShadeRange* sample, std::uint32_t min_contrast, AddCorners add_corners) {
     const std::uint8_t where = where_[index];
     if (where == traced) return;
-    Look known = looks_[index];
-    if (known.is_nothing()) {
+    ShadeRange known = ranges_[index];
+    if (known.is_empty()) {
         add_corners(known);
-    } else if (look) {
-        known.add(*look);
+    } else if (sample) {
+        known.add(*sample);
     }
-    looks_[index] = known;
+    ranges_[index] = known;
     if (where == chosen) return;
-    std::uint32_t contrast = std::max(least, known.contrast());
+    std::uint32_t contrast = std::max(min_contrast, known.contrast());
     if (likeness_) contrast = std::max(contrast, unlike_corners(pixel_at(index), at));
     wait(index, queue_of(contrast, at.octave_of_area()));
 }
@@ -191,16 +191,16 @@ std::uint32_t AdaptiveOrder::unlike_corners(Pixel pixel, Place at) const {
     for (const Pixel corner : around(pixel, at.step(), at.diagonal)) {
         if (is_inside(corner) && where_[index_of(corner)] >= chosen) nearest = std::max(nearest, likeness_(pixel, corner));
     }
-    return static_cast<std::uint32_t>(Look::most * (1 - nearest));
+    return static_cast<std::uint32_t>(ShadeRange::max * (1 - nearest));
 }
 
-void AdaptiveOrder::look_beside(Pixel pixel, std::uint32_t contrast) {
+void AdaptiveOrder::queue_neighbours(Pixel pixel, std::uint32_t contrast) {
     const Place at = place(pixel);
-    const std::uint8_t queue = queue_of(contrast * beside_a_surprise / 100, 2 * at.octave);
+    const std::uint8_t queue = queue_of(contrast * next_to_surprise / 100, 2 * at.octave);
     for (const bool diagonal : {false, true}) {
-        for (const Pixel beside : around(pixel, at.step(), diagonal)) {
-            if (!is_inside(beside)) continue;
-            const std::uint32_t i = index_of(beside);
+        for (const Pixel neighbour : around(pixel, at.step(), diagonal)) {
+            if (!is_inside(neighbour)) continue;
+            const std::uint32_t i = index_of(neighbour);
             if (where_[i] < queue) wait(i, queue);
         }
     }
@@ -208,11 +208,11 @@ void AdaptiveOrder::look_beside(Pixel pixel, std::uint32_t contrast) {
 
 std::uint8_t AdaptiveOrder::queue_of(std::uint32_t contrast, int octave_of_area) {
     static constexpr auto of_contrasts = [] {
-        std::array<std::uint8_t, Look::most + 1> result{};
-        for (std::uint32_t contrast = 0; contrast <= Look::most; ++contrast) {
-            const std::uint32_t worth = contrast + base_contrast;
-            const int octave = std::bit_width(worth) - 1;
-            result[contrast] = static_cast<std::uint8_t>(8 * octave + static_cast<int>((worth << 3 >> octave) & 7));
+        std::array<std::uint8_t, ShadeRange::max + 1> result{};
+        for (std::uint32_t contrast = 0; contrast <= ShadeRange::max; ++contrast) {
+            const std::uint32_t priority = contrast + base_contrast;
+            const int octave = std::bit_width(priority) - 1;
+            result[contrast] = static_cast<std::uint8_t>(8 * octave + static_cast<int>((priority << 3 >> octave) & 7));
         }
         return result;
     }();
@@ -225,12 +225,12 @@ void AdaptiveOrder::wait(std::uint32_t index, std::uint8_t queue) {
     waiting_[queue].pixels.push_back(index);
 }
 
-void AdaptiveOrder::add_corner(Look& known, std::uint32_t index) const {
-    if (where_[index] == traced) known.add(looks_[index]);
+void AdaptiveOrder::add_corner(ShadeRange& known, std::uint32_t index) const {
+    if (where_[index] == traced) known.add(ranges_[index]);
 }
 
 std::size_t AdaptiveOrder::bytes() const {
-    std::size_t sum = looks_.capacity() * sizeof(Look) + where_.capacity() + (round_.capacity() + of_lattice_.capacity()) * sizeof(Pixel) +
+    std::size_t sum = ranges_.capacity() * sizeof(ShadeRange) + where_.capacity() + (round_.capacity() + of_lattice_.capacity()) * sizeof(Pixel) +
                       surprises_.capacity() * sizeof(surprises_[0]);
     for (const auto& queue : waiting_) sum += queue.pixels.capacity() * sizeof(std::uint32_t);
     return sum;

@@ -60,21 +60,21 @@ private:
     void read(const Layout& layout, const float* planes);
     /// Appends pixels of the lattice until the round has `until` pixels.
     void follow_lattice(std::size_t until);
-    /// Updates the priority of the pixel's children. `look` is the pixel's sample, or null before it is traced; then
-    /// the children get at least the contrast `least`.
-    void look_around(Pixel pixel, const Look* look, std::uint32_t least);
+    /// Updates the priority of the pixel's children. `sample` is the pixel's sample, or null before it is traced; then
+    /// the children get at least the contrast `min_contrast`.
+    void queue_children(Pixel pixel, const ShadeRange* sample, std::uint32_t min_contrast);
     template <class AddCorners>
-    void look_at(std::uint32_t index, Place at, const Look* look, std::uint32_t least, AddCorners add_corners);
+    void queue_child(std::uint32_t index, Place at, const ShadeRange* sample, std::uint32_t min_contrast, AddCorners add_corners);
     /// Index offsets from a pixel at this place to its four corners.
     [[nodiscard]] std::array<std::uint32_t, 4> distances_around(Place at) const;
     /// Queues the neighbours of a surprising pixel at its own level. An edge found here may continue into a larger
     /// square and miss all its corners.
-    void look_beside(Pixel pixel, std::uint32_t contrast);
+    void queue_neighbours(Pixel pixel, std::uint32_t contrast);
     /// The queue for this contrast and area.
     static std::uint8_t queue_of(std::uint32_t contrast, int octave_of_area);
     /// Moves an open pixel to a queue.
     void wait(std::uint32_t index, std::uint8_t queue);
-    void add_corner(Look& known, std::uint32_t index) const;
+    void add_corner(ShadeRange& known, std::uint32_t index) const;
     /// Difference, 0..255, of the pixel's surface from the most similar corner that is traced or chosen.
     [[nodiscard]] std::uint32_t unlike_corners(Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
@@ -110,7 +110,7 @@ private:
     std::vector<Pixel> round_;
     std::vector<std::uint32_t> surprises_;  // contrast of each pixel of the round with its corners
 
-    std::vector<Look> looks_;  // the sample of a traced pixel; for others, the range of the corners read so far
+    std::vector<ShadeRange> ranges_;  // the sample of a traced pixel; for others, the range of the corners read so far
     std::vector<std::uint8_t> where_;
     std::array<Queue, queues> waiting_;  // by priority, 8 queues per octave
 };

@@ -11,21 +11,21 @@
 namespace bob {
 
 /// The appearance of one or more pixels: the range of their shades, and whether any of them missed or hit.
-class Look {
+class ShadeRange {
 public:
-    static constexpr std::uint32_t most = 255;
+    static constexpr std::uint32_t max = 255;
 
-    Look() = default;
+    ShadeRange() = default;
     /// Gray, normal x and normal y, in 256 steps.
-    Look(const std::array<std::uint8_t, 3>& low, const std::array<std::uint8_t, 3>& high, bool missed, bool hit)
+    ShadeRange(const std::array<std::uint8_t, 3>& low, const std::array<std::uint8_t, 3>& high, bool missed, bool hit)
         : bytes_{below(low[0]), below(low[1]), below(low[2]), flag(missed), high[0], high[1], high[2], flag(hit)} {}
 
-    void add(const Look& other) { bytes_ = bytes_ > other.bytes_ ? bytes_ : other.bytes_; }
+    void add(const ShadeRange& other) { bytes_ = bytes_ > other.bytes_ ? bytes_ : other.bytes_; }
 
     /// Whether no pixel was added.
-    [[nodiscard]] bool is_nothing() const { return std::bit_cast<std::uint64_t>(bytes_) == 0; }
+    [[nodiscard]] bool is_empty() const { return std::bit_cast<std::uint64_t>(bytes_) == 0; }
 
-    /// Contrast of the pixels added so far, 0..most.
+    /// Contrast of the pixels added so far, 0..max.
     [[nodiscard]] std::uint32_t contrast() const {
         const auto all = std::bit_cast<std::uint64_t>(bytes_);
         const auto lower = static_cast<std::uint32_t>(all), upper = static_cast<std::uint32_t>(all >> 32);
@@ -34,37 +34,37 @@ public:
         const std::uint32_t even = (lower & every_other) + (upper & every_other), odd = (lower >> 8 & every_other) + (upper >> 8 & every_other);
         const std::uint32_t flags = odd >> 16;
         if (flags == 0) return 0;
-        if (flags == 2 * most) return most;  // silhouette
-        const auto range = [](std::uint32_t sum) { return static_cast<std::uint16_t>(sum - most); };
+        if (flags == 2 * max) return max;  // silhouette
+        const auto range = [](std::uint32_t sum) { return static_cast<std::uint16_t>(sum - max); };
         return contrast_of(range(even & 0xffff), range(odd & 0xffff), range(even >> 16));
     }
     /// Contrast of the ranges of gray and of the normals. Narrow integers let loops over pixels vectorize well.
     static constexpr std::uint8_t contrast_of(std::uint16_t gray, std::uint16_t x, std::uint16_t y) {
         const auto normals = static_cast<std::uint16_t>((x + y) * 5);
         const auto sum = static_cast<std::uint16_t>(gray + normals / 8);
-        return static_cast<std::uint8_t>(sum < most ? sum : most);
+        return static_cast<std::uint8_t>(sum < max ? sum : max);
     }
 
 private:
-    static std::uint8_t below(std::uint8_t low) { return static_cast<std::uint8_t>(most - low); }
-    static std::uint8_t flag(bool is) { return is ? most : 0; }
+    static std::uint8_t below(std::uint8_t low) { return static_cast<std::uint8_t>(max - low); }
+    static std::uint8_t flag(bool is) { return is ? max : 0; }
 
-    /// 255 minus the lowest shades, 255 if any missed, the highest shades, 255 if any hit. The union of two looks is
+    /// 255 minus the lowest shades, 255 if any missed, the highest shades, 255 if any hit. The union of two ranges is
     /// the larger of each byte.
     using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
     Bytes bytes_{};
 };
 
-/// Reads the looks of pixels from planes, (C, pixels) of a layout.
-class LookReader {
+/// Reads the shades of pixels from planes, (C, pixels) of a layout.
+class ShadeReader {
 public:
-    LookReader(const Layout& layout, const float* planes, std::size_t pixels)
+    ShadeReader(const Layout& layout, const float* planes, std::size_t pixels)
         : gray_(plane(layout, planes, pixels, channels::gray, 0)), depth_(plane(layout, planes, pixels, channels::depth, 0)),
           x_(plane(layout, planes, pixels, channels::normal, 0)), y_(plane(layout, planes, pixels, channels::normal, 1)),
           red_(plane(layout, planes, pixels, channels::color, 0)), pixels_(pixels) {}
 
-    /// The look of a traced pixel.
-    [[nodiscard]] Look operator()(std::size_t i) const {
+    /// The shades of a traced pixel.
+    [[nodiscard]] ShadeRange operator()(std::size_t i) const {
         const auto shown = [i](const float* plane, const Channel& channel) {
             return static_cast<std::uint8_t>(plane ? step(plane[i], channel) : 0);
         };
@@ -75,16 +75,16 @@ public:
         return {shades, shades, missed, !missed};
     }
 
-    /// Writes the looks of all pixels, plane by plane. A pixel whose mask is 0 gets an empty range. `missed` and `hit`
+    /// Writes the shades of all pixels, plane by plane. A pixel whose mask is 0 gets an empty range. `missed` and `hit`
     /// are 255 or 0.
     void read_all(const float* mask, std::uint8_t* const low[3], std::uint8_t* const high[3], std::uint8_t* missed, std::uint8_t* hit) const {
         const auto read = [=, size = pixels_](std::size_t k, const Channel& channel, auto value) {
-            std::uint8_t *__restrict const least = low[k], *__restrict const greatest = high[k];
+            std::uint8_t *__restrict const lowest = low[k], *__restrict const highest = high[k];
             const Channel range = channel;
             for (std::size_t i = 0; i < size; ++i) {
                 const int shown = step(value(i), range), known = mask[i] != 0 ? 255 : 0;
-                least[i] = static_cast<std::uint8_t>(shown | (255 - known));
-                greatest[i] = static_cast<std::uint8_t>(shown & known);
+                lowest[i] = static_cast<std::uint8_t>(shown | (255 - known));
+                highest[i] = static_cast<std::uint8_t>(shown & known);
             }
         };
         const auto read_plane = [&](std::size_t k, const Channel& channel, const float* plane) {

@@ -83,17 +83,17 @@ public:
     /// The chosen place of highest energy, and the free place of lowest energy.
     [[nodiscard]] std::uint32_t tightest_cluster() const {
         std::uint32_t best = 0;
-        std::uint64_t most = 0;
+        std::uint64_t max_energy = 0;
         for (std::uint32_t i = 0; i < Tile::area; ++i) {
-            if (chosen_[i] && energy_[i] > most) most = energy_[best = i];
+            if (chosen_[i] && energy_[i] > max_energy) max_energy = energy_[best = i];
         }
         return best;
     }
     [[nodiscard]] std::uint32_t largest_void() const {
         std::uint32_t best = 0;
-        std::uint64_t least = ~std::uint64_t{0};
+        std::uint64_t min_energy = ~std::uint64_t{0};
         for (std::uint32_t i = 0; i < Tile::area; ++i) {
-            if (!chosen_[i] && energy_[i] < least) least = energy_[best = i];
+            if (!chosen_[i] && energy_[i] < min_energy) min_energy = energy_[best = i];
         }
         return best;
     }

@@ -12,7 +12,7 @@ namespace bob {
 namespace {
 
 /// Priority of a pixel without contrast, of 255: with a reprojected sample, and without.
-constexpr float least_expected = 0.5f, least_unknown = 16;
+constexpr float min_expected = 0.5f, min_unknown = 16;
 
 /// Weight of a reprojected sample's contrast at the pixel's centre, and its increase per pixel of distance from there.
 /// Pixels without a sample have weight 1.
@@ -28,10 +28,10 @@ constexpr std::size_t few = 64;
 
 /// Priorities are sorted without their lowest bits: by sixteenths of an octave.
 constexpr int dropped_bits = 19;
-std::uint32_t bin(float worth) { return std::bit_cast<std::uint32_t>(worth) >> dropped_bits; }
+std::uint32_t bin(float priority) { return std::bit_cast<std::uint32_t>(priority) >> dropped_bits; }
 
-constexpr auto least = [](std::uint8_t a, std::uint8_t b) { return a < b ? a : b; };
-constexpr auto most = [](std::uint8_t a, std::uint8_t b) { return a > b ? a : b; };
+constexpr auto smaller = [](std::uint8_t a, std::uint8_t b) { return a < b ? a : b; };
+constexpr auto larger = [](std::uint8_t a, std::uint8_t b) { return a > b ? a : b; };
 
 /// Combines each place of a plane with its eight neighbours.
 template <class Combine>
@@ -70,10 +70,10 @@ void halve_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>
 }  // namespace
 
 RefreshOrder::RefreshOrder(std::uint32_t height, std::uint32_t width)
-    : height_(height), width_(width), noise_(), surprises_(std::size_t{height} * width), worth_(surprises_.size()) {
+    : height_(height), width_(width), noise_(), surprises_(std::size_t{height} * width), priorities_(surprises_.size()) {
     static_assert(std::tuple_size_v<decltype(noise_)> == Tile::area);
-    for (Looks& looks : looks_) {
-        looks.resize(height, width);
+    for (ShadeRanges& ranges : ranges_) {
+        ranges.resize(height, width);
         height = (height + 1) / 2, width = (width + 1) / 2;
     }
     begin(0);
@@ -90,93 +90,93 @@ void RefreshOrder::begin(std::uint64_t seed) {
     std::ranges::fill(surprises_, std::uint8_t{0});
 }
 
-void RefreshOrder::Looks::resize(std::uint32_t new_height, std::uint32_t new_width) {
+void RefreshOrder::ShadeRanges::resize(std::uint32_t new_height, std::uint32_t new_width) {
     height = new_height, width = new_width;
     for (Bytes* const plane : {&low[0], &low[1], &low[2], &high[0], &high[1], &high[2], &missed, &hit}) {
         plane->resize(std::size_t{height} * width);
     }
 }
 
-Look RefreshOrder::Looks::at(std::size_t i) const {
+ShadeRange RefreshOrder::ShadeRanges::at(std::size_t i) const {
     return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}, missed[i] != 0, hit[i] != 0};
 }
 
-void RefreshOrder::halve(const Looks& fine, Looks& coarse) {
+void RefreshOrder::halve(const ShadeRanges& fine, ShadeRanges& coarse) {
     for (std::size_t k = 0; k < 3; ++k) {
-        halve_each(fine.low[k], coarse.low[k], fine.height, fine.width, least);
-        halve_each(fine.high[k], coarse.high[k], fine.height, fine.width, most);
+        halve_each(fine.low[k], coarse.low[k], fine.height, fine.width, smaller);
+        halve_each(fine.high[k], coarse.high[k], fine.height, fine.width, larger);
     }
-    halve_each(fine.missed, coarse.missed, fine.height, fine.width, most);
-    halve_each(fine.hit, coarse.hit, fine.height, fine.width, most);
+    halve_each(fine.missed, coarse.missed, fine.height, fine.width, larger);
+    halve_each(fine.hit, coarse.hit, fine.height, fine.width, larger);
 }
 
-void RefreshOrder::look_around(const Looks& looks, Looks& around) {
-    around.resize(looks.height, looks.width);
+void RefreshOrder::unite_neighbours(const ShadeRanges& ranges, ShadeRanges& around) {
+    around.resize(ranges.height, ranges.width);
     for (std::size_t k = 0; k < 3; ++k) {
-        around_each(looks.low[k], around.low[k], row_, looks.height, looks.width, least);
-        around_each(looks.high[k], around.high[k], row_, looks.height, looks.width, most);
+        around_each(ranges.low[k], around.low[k], row_, ranges.height, ranges.width, smaller);
+        around_each(ranges.high[k], around.high[k], row_, ranges.height, ranges.width, larger);
     }
-    around_each(looks.missed, around.missed, row_, looks.height, looks.width, most);
-    around_each(looks.hit, around.hit, row_, looks.height, looks.width, most);
+    around_each(ranges.missed, around.missed, row_, ranges.height, ranges.width, larger);
+    around_each(ranges.hit, around.hit, row_, ranges.height, ranges.width, larger);
 }
 
 std::span<const Pixel> RefreshOrder::next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
                                           std::size_t wanted) {
     compare(layout, picture);
-    look(layout, picture);
+    read(layout, picture);
     weigh(traced, off_center);
     choose(wanted <= surprises_.size() / few ? wanted : (wanted + 1) / 2);
     return round_;
 }
 
 void RefreshOrder::compare(const Layout& layout, const float* picture) {
-    const LookReader read(layout, picture, surprises_.size());
+    const ShadeReader shades_at(layout, picture, surprises_.size());
     const auto height = static_cast<std::int32_t>(height_), width = static_cast<std::int32_t>(width_);
     for (const Pixel pixel : round_) {
         const std::size_t i = static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column);
-        if (!looks_[0].is_known(i)) continue;
-        Look both = looks_[0].at(i);
-        both.add(read(i));
+        if (!ranges_[0].is_known(i)) continue;
+        ShadeRange both = ranges_[0].at(i);
+        both.add(shades_at(i));
         if (both.contrast() < surprising) continue;
         const auto surprise = static_cast<std::uint8_t>(surprise_nearby * static_cast<float>(both.contrast()));
         for (int row = std::max(0, pixel.row - reach); row <= std::min(height - 1, pixel.row + reach); ++row) {
             for (int column = std::max(0, pixel.column - reach); column <= std::min(width - 1, pixel.column + reach); ++column) {
                 std::uint8_t& there = surprises_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)];
-                there = most(there, surprise);
+                there = larger(there, surprise);
             }
         }
     }
 }
 
-void RefreshOrder::look(const Layout& layout, const float* picture) {
-    Looks& looks = looks_[0];
-    std::uint8_t *const low[] = {looks.low[0].data(), looks.low[1].data(), looks.low[2].data()},
-                 *const high[] = {looks.high[0].data(), looks.high[1].data(), looks.high[2].data()};
-    LookReader(layout, picture, looks.size()).read_all(picture, low, high, looks.missed.data(), looks.hit.data());
-    for (std::size_t level = 1; level < levels; ++level) halve(looks_[level - 1], looks_[level]);
+void RefreshOrder::read(const Layout& layout, const float* picture) {
+    ShadeRanges& ranges = ranges_[0];
+    std::uint8_t *const low[] = {ranges.low[0].data(), ranges.low[1].data(), ranges.low[2].data()},
+                 *const high[] = {ranges.high[0].data(), ranges.high[1].data(), ranges.high[2].data()};
+    ShadeReader(layout, picture, ranges.size()).read_all(picture, low, high, ranges.missed.data(), ranges.hit.data());
+    for (std::size_t level = 1; level < levels; ++level) halve(ranges_[level - 1], ranges_[level]);
 }
 
-void RefreshOrder::contrast_around(const Looks& looks) {
-    look_around(looks, around_);
+void RefreshOrder::contrast_around(const ShadeRanges& ranges) {
+    unite_neighbours(ranges, around_);
     contrast_.resize(around_.size());
-    // Look::contrast of all places at once; without __restrict, each write might alias a read.
+    // ShadeRange::contrast of all places at once; without __restrict, each write might alias a read.
     const std::uint8_t *const low0 = around_.low[0].data(), *const low1 = around_.low[1].data(), *const low2 = around_.low[2].data(),
                        *const high0 = around_.high[0].data(), *const high1 = around_.high[1].data(),
                        *const high2 = around_.high[2].data(), *const missed = around_.missed.data(), *const hit = around_.hit.data();
     std::uint8_t* __restrict const contrast = contrast_.data();
     const auto range = [](std::uint8_t low, std::uint8_t high) { return static_cast<std::uint16_t>(high > low ? high - low : 0); };
     for (std::size_t i = 0, size = around_.size(); i < size; ++i) {
-        const std::uint8_t shades = Look::contrast_of(range(low0[i], high0[i]), range(low1[i], high1[i]), range(low2[i], high2[i]));
+        const std::uint8_t shades = ShadeRange::contrast_of(range(low0[i], high0[i]), range(low1[i], high1[i]), range(low2[i], high2[i]));
         contrast[i] = static_cast<std::uint8_t>(shades | (missed[i] & hit[i]));
     }
 }
 
 void RefreshOrder::weigh(const float* traced, const float* off_center) {
     // From the coarsest squares to the squares of 2 x 2 pixels. An unknown square inherits the estimate of its parent.
-    guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
+    guesses_.assign(1, min_unknown), areas_.assign(1, 0.f);
     std::uint32_t coarser_width = 1;
     for (std::size_t level = levels - 1; level > 0; --level) {
-        contrast_around(looks_[level]);
+        contrast_around(ranges_[level]);
         coarser_guesses_.swap(guesses_), coarser_areas_.swap(areas_);
         guesses_.resize(around_.size()), areas_.resize(around_.size());
         const float area = 1 / static_cast<float>(std::uint32_t{1} << 2 * level);
@@ -185,14 +185,14 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
             for (std::uint32_t column = 0; column < around_.width; ++column, ++i) {
                 const std::size_t coarser = is_coarsest ? 0 : std::size_t{row / 2} * coarser_width + column / 2;
                 const bool is_known = around_.is_known(i);
-                guesses_[i] = is_known ? least_unknown + static_cast<float>(contrast_[i]) : coarser_guesses_[coarser];
+                guesses_[i] = is_known ? min_unknown + static_cast<float>(contrast_[i]) : coarser_guesses_[coarser];
                 areas_[i] = is_known ? area : coarser_areas_[coarser];
             }
         }
         coarser_width = around_.width;
     }
 
-    contrast_around(looks_[0]);
+    contrast_around(ranges_[0]);
     row_guesses_.resize(width_ + 1), row_areas_.resize(width_ + 1);
     for (std::uint32_t row = 0; row < height_; ++row) {
         const std::size_t first = std::size_t{row} * width_, coarser = std::size_t{row / 2} * coarser_width;
@@ -205,17 +205,17 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
             const float *const guess = row_guesses_.data() + begin, *const area = row_areas_.data() + begin,
                         *const noise = noise_.data() + std::size_t{row % Tile::side} * Tile::side, *const mask = traced + from,
                         *const off = off_center + from;
-            const std::uint8_t *const missed = looks_[0].missed.data() + from, *const hit = looks_[0].hit.data() + from,
+            const std::uint8_t *const missed = ranges_[0].missed.data() + from, *const hit = ranges_[0].hit.data() + from,
                                *const contrast = contrast_.data() + from, *const surprise = surprises_.data() + from;
-            float* __restrict const worth = worth_.data() + from;
+            float* __restrict const priority = priorities_.data() + from;
             for (std::uint32_t k = 0, count = std::min(Tile::side, width_ - begin); k < count; ++k) {
                 const bool is_known = (missed[k] | hit[k]) != 0;
-                const float expected = least_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
+                const float expected = min_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
                 const float surprised = static_cast<float>(surprise[k]), own = is_known ? expected : guess[k];
                 // The noise numbers the pixels of an area. The first gets its full priority, the second half of it, and
                 // so on.
                 const float shared = (own > surprised ? own : surprised) / ((is_known ? 1.f : area[k]) + noise[k]);
-                worth[k] = mask[k] != 0 ? 0.f : shared;
+                priority[k] = mask[k] != 0 ? 0.f : shared;
             }
         }
     }
@@ -223,7 +223,7 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
 
 void RefreshOrder::choose(std::size_t count) {
     histogram_.assign(bin(std::numeric_limits<float>::infinity()) + 1, 0);
-    for (const float worth : worth_) ++histogram_[bin(worth)];
+    for (const float priority : priorities_) ++histogram_[bin(priority)];
     histogram_[0] = 0;  // already traced
     std::uint32_t last = static_cast<std::uint32_t>(histogram_.size());
     std::size_t above = 0;
@@ -236,7 +236,7 @@ void RefreshOrder::choose(std::size_t count) {
     round_.resize(size + left);
     for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
         for (std::uint32_t column = 0; column < width_; ++column, ++i) {
-            const std::uint32_t in = bin(worth_[i]);
+            const std::uint32_t in = bin(priorities_[i]);
             if (in + 1 < last || in == 0) continue;
             if (in + 1 == last) {
                 ++met;

@@ -41,8 +41,8 @@ public:
 private:
     using Bytes = std::vector<std::uint8_t>;
 
-    /// A `Look` at each place of a grid, as planes of bytes.
-    struct Looks {
+    /// A `ShadeRange` at each place of a grid, as planes of bytes.
+    struct ShadeRanges {
         std::uint32_t height = 0, width = 0;
         std::array<Bytes, 3> low, high;
         Bytes missed, hit;  // 255 or 0
@@ -50,17 +50,17 @@ private:
         void resize(std::uint32_t height, std::uint32_t width);
         [[nodiscard]] std::size_t size() const { return hit.size(); }
         [[nodiscard]] bool is_known(std::size_t i) const { return (missed[i] | hit[i]) != 0; }
-        [[nodiscard]] Look at(std::size_t i) const;
+        [[nodiscard]] ShadeRange at(std::size_t i) const;
     };
-    static void halve(const Looks& fine, Looks& coarse);
-    /// The union of the looks at each place and its eight neighbours.
-    void look_around(const Looks& looks, Looks& around);
+    static void halve(const ShadeRanges& fine, ShadeRanges& coarse);
+    /// The union of the ranges at each place and its eight neighbours.
+    void unite_neighbours(const ShadeRanges& ranges, ShadeRanges& around);
 
     /// The contrast of each union.
-    void contrast_around(const Looks& looks);
+    void contrast_around(const ShadeRanges& ranges);
 
     void compare(const Layout& layout, const float* picture);
-    void look(const Layout& layout, const float* picture);
+    void read(const Layout& layout, const float* picture);
     void weigh(const float* traced, const float* off_center);
     void choose(std::size_t count);
 
@@ -68,14 +68,14 @@ private:
 
     std::uint32_t height_, width_;
     std::array<float, 64 * 64> noise_;  // a tile of blue noise, 0..1
-    std::array<Looks, levels> looks_;   // of the pixels when the last round was chosen, then of blocks of 2 x 2, 4 x 4, ...
-    Looks around_;
+    std::array<ShadeRanges, levels> ranges_;   // of the pixels when the last round was chosen, then of blocks of 2 x 2, 4 x 4, ...
+    ShadeRanges around_;
     Bytes row_, contrast_;
     Bytes surprises_;             // contrast of nearby traced samples with their reprojection
     std::vector<float> guesses_;  // priority of pixels without a sample, by blocks of 2 x 2 pixels
     std::vector<float> areas_;    // and the reciprocals of the areas that share it
     std::vector<float> coarser_guesses_, coarser_areas_, row_guesses_, row_areas_;
-    std::vector<float> worth_;
+    std::vector<float> priorities_;
     std::vector<std::uint32_t> histogram_;
     std::vector<Pixel> round_;
 };

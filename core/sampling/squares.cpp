@@ -37,8 +37,8 @@ SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const floa
 }
 
 std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* planes) {
-    const LookReader look_at(layout, planes, is_decided_.size());
-    if (samples_ == Samples::are_final) read_round(look_at);
+    const ShadeReader shades_at(layout, planes, is_decided_.size());
+    if (samples_ == Samples::are_final) read_round(shades_at);
     round_.clear();
     if (rounds_ == 0) {
         ++rounds_;
@@ -50,44 +50,44 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
     for (; round_.empty() && rounds_ <= divisions_.size(); ++rounds_) {
         const Division& division = divisions_[rounds_ - 1];
         Level& level = *std::ranges::find(levels_, division.side, [](const Level& each) { return each.squares.side; });
-        if (samples_ == Samples::change && division.contrast != any) read_all(level, look_at);
+        if (samples_ == Samples::change && division.contrast != any) read_all(level, shades_at);
         divide(level, division.contrast);
     }
     return round_;
 }
 
-void SquaresOrder::Level::add(std::uint32_t row, std::uint32_t column, const Look& look) {
+void SquaresOrder::Level::add(std::uint32_t row, std::uint32_t column, const ShadeRange& sample) {
     const std::size_t first = std::size_t{(row - squares.first) / squares.side} * across + (column - squares.first) / squares.side;
     for (const std::size_t i : {first, first + 1, first + across, first + across + 1}) {
-        corners[i].add(look);
+        corners[i].add(sample);
         contrasts[i] = static_cast<std::uint8_t>(corners[i].contrast());
     }
 }
 
-void SquaresOrder::read_round(const LookReader& look_at) {
+void SquaresOrder::read_round(const ShadeReader& shades_at) {
     constexpr std::size_t ahead = 16;  // pixels; neighbouring rows are far apart
     const auto index = [&](Pixel pixel) { return static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column); };
     for (std::size_t k = 0; k < round_.size(); ++k) {
-        if (k + ahead < round_.size()) look_at.prefetch(index(round_[k + ahead]));
+        if (k + ahead < round_.size()) shades_at.prefetch(index(round_[k + ahead]));
         const auto row = static_cast<std::uint32_t>(round_[k].row), column = static_cast<std::uint32_t>(round_[k].column);
         const auto is_corner = [&](const Squares& squares) { return ((row - squares.first) | (column - squares.first)) % squares.side == 0; };
         if (!is_corner(levels_[0].squares)) continue;
-        const Look look = look_at(index(round_[k]));
+        const ShadeRange sample = shades_at(index(round_[k]));
         for (Level& level : levels_) {
             if (!is_corner(level.squares)) break;  // nor of larger squares
-            level.add(row, column, look);
+            level.add(row, column, sample);
         }
     }
 }
 
-void SquaresOrder::read_all(Level& level, const LookReader& look_at) {
-    std::ranges::fill(level.corners, Look{});
+void SquaresOrder::read_all(Level& level, const ShadeReader& shades_at) {
+    std::ranges::fill(level.corners, ShadeRange{});
     std::ranges::fill(level.contrasts, std::uint8_t{0});
     const Squares& squares = level.squares;
     for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
         for (std::uint32_t column = squares.first; column < width_; column += squares.side) {
             const std::size_t i = std::size_t{row} * width_ + column;
-            if (is_decided_[i]) level.add(row, column, look_at(i));
+            if (is_decided_[i]) level.add(row, column, shades_at(i));
         }
     }
 }
@@ -129,7 +129,7 @@ void SquaresOrder::decide(std::uint32_t row, std::uint32_t column) {
 
 std::size_t SquaresOrder::bytes() const {
     std::size_t sum = is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + differs_.capacity() + differs_above_.capacity() + either_.capacity();
-    for (const Level& level : levels_) sum += level.corners.capacity() * sizeof(Look) + level.contrasts.capacity();
+    for (const Level& level : levels_) sum += level.corners.capacity() * sizeof(ShadeRange) + level.contrasts.capacity();
     return sum;
 }
 

@@ -61,18 +61,18 @@ private:
               contrasts(corners.size()) {}
 
         /// Adds a pixel to the squares that it is a corner of.
-        void add(std::uint32_t row, std::uint32_t column, const Look& look);
+        void add(std::uint32_t row, std::uint32_t column, const ShadeRange& sample);
 
         Squares squares;
         std::uint32_t down, across;
-        std::vector<Look> corners;
+        std::vector<ShadeRange> corners;
         std::vector<std::uint8_t> contrasts;
     };
 
     /// Reads the samples of the last round, for all levels.
-    void read_round(const LookReader& look_at);
+    void read_round(const ShadeReader& shades_at);
     /// Reads the samples of all rounds again.
-    void read_all(Level& level, const LookReader& look_at);
+    void read_all(Level& level, const ShadeReader& shades_at);
     /// Makes a round that divides all squares of a level of at least this contrast.
     void divide(const Level& level, std::uint32_t contrast);
     /// Chooses the corners and the middles between them in a row of the picture, next to squares to be divided.
