@@ -36,7 +36,7 @@ void bind_frame(nb::module_& m) {
           "the picture was behind the first camera.");
     nb::class_<bob::FrameConstants>(m, "FrameConstants", "Of the planner, as core/frame/pace.h explains them.")
         .def(nb::init<>())
-        .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
+        .def_rw("min_tracing", &bob::FrameConstants::min_tracing)
         .def_rw("margin", &bob::FrameConstants::margin)
         .def_rw("untried", &bob::FrameConstants::untried)
         .def_rw("doubt", &bob::FrameConstants::doubt)

@@ -11,12 +11,12 @@ namespace bob {
 class LightPace {
 public:
     /// Share of the pixels that a frame traces at least.
-    static constexpr double least = 0.005;
+    static constexpr double min_share = 0.005;
 
     /// The number of pixels to trace in a frame of `total` pixels with `left` time after its first hits.
     [[nodiscard]] std::size_t pixels(std::size_t total, double left) const {
         const double in_time = for_pixel() > 0 ? std::max(0., left - completing_) / for_pixel() : 0, all = static_cast<double>(total);
-        return static_cast<std::size_t>(std::min(all, std::max(least * all, in_time)));
+        return static_cast<std::size_t>(std::min(all, std::max(min_share * all, in_time)));
     }
     /// The divisor of a moving frame's height and width, of `total` pixels at 1: first hits and completing take at most `surfaces` of the
     /// time. Before the first measurement, 1.

@@ -9,7 +9,7 @@ namespace bob {
 
 /// Constants of the planner. Evidence: `bench/frame_constants.py`, in docs/frame.md.
 struct FrameConstants {
-    double least_tracing = 0.25;  ///< minimum time for tracing, over that for completing: every budget makes progress
+    double min_tracing = 0.25;    ///< minimum time for tracing, over that for completing: every budget makes progress
     double margin = 1.25;         ///< spare time for a whole picture, as a factor: one that is cut off is worse than squares
     double untried = 2;           ///< assumed speed of an untried mode, over the speed of a first round
     double doubt = 0.2;           ///< loss of trust in a first measurement, per frame without a new one
@@ -21,14 +21,14 @@ struct FrameConstants {
 /// Pixels of a first call: 1 ms of a tracer of 30,000 rays a second.
 constexpr double first_call = 32;
 /// Shorter times are rounding errors of clocks.
-constexpr double least_seconds = 1e-9;
+constexpr double min_seconds = 1e-9;
 
 /// Trust in a measured time. It falls with each frame without a new measurement, so that a slow mode is tried again: soon the first
 /// time, because code is slow when it runs first, and half as soon each further time.
 class Trust {
 public:
     void measured() {
-        if (share_ < 1) tries_ = std::min(tries_ + 1, most_tries);
+        if (share_ < 1) tries_ = std::min(tries_ + 1, max_tries);
         share_ = 1;
     }
     void doubt(const FrameConstants& c) { share_ = std::max(share_ * (1 - c.doubt / (1 << tries_)), c.floor); }
@@ -36,7 +36,7 @@ public:
     [[nodiscard]] double share() const { return share_; }
 
 private:
-    static constexpr int most_tries = 6;  // then about once in two hundred frames
+    static constexpr int max_tries = 6;  // then about once in two hundred frames
     double share_ = 1;
     int tries_ = 0;
 };
@@ -71,7 +71,7 @@ public:
     }
 
     /// Pixels per second of recent calls; 0 before the first measurement.
-    [[nodiscard]] double rate() const { return is_known() ? sums_[1] / std::max(trust_.share() * sums_[2], least_seconds) : 0; }
+    [[nodiscard]] double rate() const { return is_known() ? sums_[1] / std::max(trust_.share() * sums_[2], min_seconds) : 0; }
 
     void doubt() { trust_.doubt(constants_); }
 

@@ -44,7 +44,7 @@ double median(std::span<const double> values) {
 }
 
 /// The mode of minimum error; adaptive if all would be late.
-Mode least(const std::array<double, mode_names.size()>& errors) {
+Mode best_mode(const std::array<double, mode_names.size()>& errors) {
     const auto found = std::ranges::min_element(errors);
     return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
 }
@@ -105,21 +105,21 @@ double FramePlanner::for_completing(Completion completion) const {
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
     if (mode == Mode::whole) return seconds;
     const double completing = for_completing(completion);
-    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, constants_.least_tracing * completing);
+    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, constants_.min_tracing * completing);
 }
 
 Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {
     const auto quickest = static_cast<Completion>(std::ranges::find(is_there_, true) - is_there_.begin());
     if (mode == Mode::whole || mode == Mode::squares) return quickest;
     Completion best = quickest;
-    double least = infinite;
+    double min_error = infinite;
     for (const Completion each : {Completion::filling, Completion::small, Completion::standard}) {
         if (!is_there_[index(each)]) continue;
         const double completing = for_completing(each), left = completes_meanwhile_ ? seconds : seconds - completing;
         if (completing > seconds) break;
         const double more = std::isfinite(left) ? rate(mode) * left * threads / pixels_ : 0;
         const double error = expected_error(Mode::adaptive, each, static_cast<float>(known + more));
-        if (error < least) least = error, best = each;
+        if (error < min_error) min_error = error, best = each;
     }
     return best;
 }
@@ -138,7 +138,7 @@ Mode FramePlanner::plan(double seconds, double parallax, double threads) {
     const std::array<double, mode_names.size()> errors = {
         error(Mode::whole, seconds, 0, threads), error(Mode::squares, seconds, 0, threads), error(Mode::adaptive, seconds, 0, threads),
         std::isfinite(parallax) ? error(Mode::reproject, seconds, parallax, threads) : infinite};
-    const Mode chosen = least(errors);
+    const Mode chosen = best_mode(errors);
     for (std::size_t i = 0; i < paces_.size(); ++i) {
         if (i != index(chosen)) paces_[i].doubt();
     }
@@ -150,7 +150,7 @@ Mode FramePlanner::plan_pixels(std::size_t pixels, double parallax) const {
     const auto share = static_cast<float>(static_cast<double>(pixels) / pixels_), moved = static_cast<float>(parallax);
     const Completion completion = this->completion(Mode::adaptive, share, infinite);
     const double anew = expected_error(Mode::adaptive, completion, share);
-    return least({infinite, infinite, anew, std::isfinite(moved) ? expected_error(Mode::reproject, completion, share, moved) : infinite});
+    return best_mode({infinite, infinite, anew, std::isfinite(moved) ? expected_error(Mode::reproject, completion, share, moved) : infinite});
 }
 
 }  // namespace bob

@@ -33,22 +33,22 @@ public:
     /// The pixels of a call that takes `seconds`, at least `worthwhile`.
     [[nodiscard]] int pixels_in(double seconds, int in_flight) const {
         if (count_ < in_flight) return static_cast<int>(first_call);
-        const double count = seconds * pixels_ / std::max(seconds_, least_seconds) / in_flight;
-        const double most = constants_.growth * fastest_.rbegin()->first;
-        return std::max(1, static_cast<int>(std::min(std::max<double>(count, worthwhile()), most)));
+        const double count = seconds * pixels_ / std::max(seconds_, min_seconds) / in_flight;
+        const double max = constants_.growth * fastest_.rbegin()->first;
+        return std::max(1, static_cast<int>(std::min(std::max<double>(count, worthwhile()), max)));
     }
 
     /// The number of pixels that takes as long as the fixed cost of a call.
     ///
-    /// Both costs come from the fastest calls of the smallest and the largest size, which waited least. A fit through all calls mistakes
+    /// Both costs come from the fastest calls of the smallest and the largest size, which waited the shortest. A fit through all calls mistakes
     /// waiting for fixed cost and lets calls grow without bound: with 16 workers and 32 calls in flight, from 24 pixels to 3,000, which
     /// returned after 8 seconds.
     [[nodiscard]] int worthwhile() const {
         if (fastest_.size() < 2) return 1;
-        const auto [few, least] = *fastest_.begin();
-        const auto [many, most] = *fastest_.rbegin();
-        if (most <= least) return many;
-        return static_cast<int>(std::clamp(least * (many - few) / (most - least) - few, 1., 1e9));
+        const auto [few, shortest] = *fastest_.begin();
+        const auto [many, longest] = *fastest_.rbegin();
+        if (longest <= shortest) return many;
+        return static_cast<int>(std::clamp(shortest * (many - few) / (longest - shortest) - few, 1., 1e9));
     }
 
 private:

@@ -42,21 +42,21 @@ inline Vec3 refracted(Vec3 eye, Vec3 half, float eta, float beyond) { return (et
 /// another one changes nothing. Surfaces of a solid alternate between entering and leaving.
 class Media {
 public:
-    static constexpr std::uint32_t most = 6;
+    static constexpr std::uint32_t max = 6;
 
     [[nodiscard]] bool is_empty() const { return count_ == 0; }
     [[nodiscard]] std::uint32_t last() const { return inside_[count_ - 1]; }
     [[nodiscard]] bool contains(std::uint32_t instance) const { return std::find(inside_.begin(), inside_.begin() + count_, instance) != inside_.begin() + count_; }
     /// Further solids beyond the maximum depth are ignored.
     void enter(std::uint32_t instance) {
-        if (count_ < most) inside_[count_++] = instance;
+        if (count_ < max) inside_[count_++] = instance;
     }
     void leave(std::uint32_t instance) {
         count_ = static_cast<std::uint32_t>(std::remove(inside_.begin(), inside_.begin() + count_, instance) - inside_.begin());
     }
 
 private:
-    std::array<std::uint32_t, most> inside_{};
+    std::array<std::uint32_t, max> inside_{};
     std::uint32_t count_ = 0;
 };
 

@@ -86,14 +86,14 @@ void smooth_edges(std::span<const Pixel> edges, const float* hits, std::size_t p
                 sum.alpha += 1;
                 float albedo[3];
                 for (std::size_t c = 0; c < 3; ++c) albedo[c] = std::max(hit[first_hit::red + c], min_albedo);
-                float least = std::numeric_limits<float>::infinity();
+                float min_distance = std::numeric_limits<float>::infinity();
                 const float* light = nullptr;
                 for (std::size_t j = 0; j < count; ++j) {
                     const Neighbour& other = neighbours[j];
                     const float off_albedo = std::abs(albedo[0] - other.albedo[0]) + std::abs(albedo[1] - other.albedo[1]) + std::abs(albedo[2] - other.albedo[2]);
                     const float apart = unlike * (std::abs(hit[first_hit::depth] - other.depth) + std::abs(hit[first_hit::normal_x] - other.normal_x) +
                                                   std::abs(hit[first_hit::normal_y] - other.normal_y) + off_albedo) + other.squared;
-                    if (apart < least) least = apart, light = other.light;
+                    if (apart < min_distance) min_distance = apart, light = other.light;
                 }
                 for (std::size_t c = 0; light && c < 3; ++c) sum.color[c] += light[c] * albedo[c];
             }

@@ -10,7 +10,7 @@
 namespace bob {
 
 Environment::Environment(std::span<const Vec3> texels, int height, int width) : height_(height), width_(width) {
-    if (texels.size() > most_texels) throw std::invalid_argument("environment: expected at most 8192 x 4096 pixels; make a smaller picture of it");
+    if (texels.size() > max_texels) throw std::invalid_argument("environment: expected at most 8192 x 4096 pixels; make a smaller picture of it");
     texels_.assign(texels.begin(), texels.end());
     const auto across = static_cast<std::size_t>(width), down = static_cast<std::size_t>(height);
     std::vector<float> beside(texels_.size());

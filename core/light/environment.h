@@ -12,7 +12,7 @@ namespace bob {
 /// An equirectangular picture. Rows go from straight up to straight down, columns clockwise seen from above; the middle lies along -x.
 class Environment {
 public:
-    /// texels: (height, width), linear RGB of at least 0, finite. Throws std::invalid_argument if it is larger than `most_texels`.
+    /// texels: (height, width), linear RGB of at least 0, finite. Throws std::invalid_argument if it is larger than `max_texels`.
     Environment(std::span<const Vec3> texels, int height, int width);
 
     /// The radiance from a direction of unit length, bilinear.
@@ -26,7 +26,7 @@ public:
     [[nodiscard]] Drawn draw(float u, float v) const;
     [[nodiscard]] float density(Vec3 toward) const;
 
-    static constexpr std::size_t most_texels = std::size_t{1} << 25;  // 8192 x 4096
+    static constexpr std::size_t max_texels = std::size_t{1} << 25;  // 8192 x 4096
 
 private:
     struct Place {

@@ -18,10 +18,10 @@ namespace {
 constexpr float same_normal = 0.9f, same_depth = 2, steepest = 0.1f;
 
 /// Maximum change of a sample's luminance, as a share of itself plus a tenth.
-constexpr float most_change = 0.05f, dark = 0.1f;
+constexpr float max_change = 0.05f, dark = 0.1f;
 
 /// Decay of old paths per move, and their maximum number.
-constexpr float kept_paths = 0.97f, most_paths = 256;
+constexpr float kept_paths = 0.97f, max_paths = 256;
 
 /// Side, in pixels, of blocks that should have a sample in motion; light is completed between samples.
 constexpr int block = 4;
@@ -92,10 +92,10 @@ void LightHistory::move(const Camera& camera, int height, int width, const SeenS
                 if (!(dot(projection.in_scene(hit.normal, row, column), sample.normal) > same_normal)) continue;
                 const Vec3 toward = projection.in_scene({0, 0, 1}, row, column);
                 const float turned = length(toward - sample.toward), change = sample.change * turned;
-                if (change > most_change * (luminance(sample.light) + dark)) continue;
+                if (change > max_change * (luminance(sample.light) + dark)) continue;
             }
             sample.pixel = static_cast<std::int32_t>(i);
-            sample.paths = std::min(kept_paths * sample.paths, most_paths), sample.age = static_cast<std::uint16_t>(std::min(sample.age + 1, 60000)), sample.is_reprojected = true;
+            sample.paths = std::min(kept_paths * sample.paths, max_paths), sample.age = static_cast<std::uint16_t>(std::min(sample.age + 1, 60000)), sample.is_reprojected = true;
         }
     });
     at_.assign(pixels(), -1);

@@ -24,11 +24,11 @@ namespace {
 constexpr std::size_t paths_at_once = 4096;
 
 /// Surfaces that a path meets at most, mirrors counted.
-constexpr int most_surfaces = 8;
+constexpr int max_surfaces = 8;
 
 /// The same of paths through glass, which end sooner where less than this share of their light is left.
-constexpr int most_in_glass = 32;
-constexpr float least_throughput = 1e-3f;
+constexpr int max_in_glass = 32;
+constexpr float min_throughput = 1e-3f;
 
 /// Limits of the squared roughness: smoother mirrors and glass show images.
 constexpr float smooth = 0.02f, smoothest = 1e-3f;
@@ -42,13 +42,13 @@ bool shows_things(const Material& material) {
 }
 
 /// Glass in larger scenes is as clear as in scenes of this radius, in their units.
-constexpr double most_radius = 1e38;
+constexpr double max_radius = 1e38;
 
 /// More than what rounding moves a point of the unit sphere by, from the numbers of its ray on.
 constexpr float rounding = 0x1p-21f;
 
 /// The variance is estimated from the means of this many runs of a pixel's samples.
-constexpr std::uint32_t most_runs = 4;
+constexpr std::uint32_t max_runs = 4;
 
 /// Groups of the sequence for each surface of a path: one for its direction, and one for each light.
 constexpr std::uint32_t groups_of_surface = 64;
@@ -175,7 +175,7 @@ Media Lighting::media_around(const Projection& projection) const {
     // Outwards from the eye, a solid that is met an odd number of times is around it; the first to be left is the innermost.
     Ray ray{projection.line(0, 0).origin, normalized({0.36f, 0.48f, 0.8f})};
     std::vector<std::uint32_t> met, around;
-    for (int k = 0; k < most_in_glass; ++k) {
+    for (int k = 0; k < max_in_glass; ++k) {
         SceneHit hit;
         scene_.closest_hits({&ray, 1}, {&hit, 1});
         if (hit.instance == no_instance) break;
@@ -200,12 +200,12 @@ bool Lighting::sees(const Projection& projection, float row, float column, Ray& 
 
 Lighting::Lighting(const Scene& scene, Lights lights)
     : scene_(scene), lights_(std::move(lights)), ground_(lights_.has_ground ? scene.lowest() : std::numeric_limits<float>::infinity()),
-      radius_(static_cast<float>(std::min(lights_.radius, most_radius))) {
+      radius_(static_cast<float>(std::min(lights_.radius, max_radius))) {
     for (std::uint32_t k = 0; k < scene.size(); ++k) {
         const Instance& instance = scene[k];
-        const double least = singular_values(instance.to_shape)[2];
+        const double min_scale = singular_values(instance.to_shape)[2];
         has_glass_ = has_glass_ || instance.material.transmission > 0, shows_things_ = shows_things_ || shows_things(instance.material);
-        errors_.push_back(static_cast<float>(std::min(1., static_cast<double>(instance.shape->hit_error()) / least)) + rounding);
+        errors_.push_back(static_cast<float>(std::min(1., static_cast<double>(instance.shape->hit_error()) / min_scale)) + rounding);
     }
     const Sky& sky = lights_.sky;
     double sum = 0, weights = 0;
@@ -281,7 +281,7 @@ public:
     }
 
     void go() {
-        for (int surface = 0; !paths_.empty() && surface < most_in_glass + 1; ++surface) {
+        for (int surface = 0; !paths_.empty() && surface < max_in_glass + 1; ++surface) {
             lighting_.meet(rays_, widths_, wants_, memory_);
             if (surface == 0) share_first_hits();
             send(surface);
@@ -325,7 +325,7 @@ private:
             }
             if (path.to_ground && surface == 1) to.shadow += luminance(lights_.sky.radiance(rays_[i].direction)) / lighting_.ground_light_;
             if (met[i].material->emits()) arrive(path, Material::rounded(met[i].material->emissive));
-            if (path.left > 0 && surface < (path.through_glass ? most_in_glass : most_surfaces)) shade(path, met[i], rays_[i].direction, surface);
+            if (path.left > 0 && surface < (path.through_glass ? max_in_glass : max_surfaces)) shade(path, met[i], rays_[i].direction, surface);
         }
         rays_.swap(next_rays_), paths_.swap(next_paths_), widths_.swap(next_widths_), wants_.swap(next_wants_);
     }
@@ -448,7 +448,7 @@ private:
         }
         on.media = is_reflected ? path.media : beyond;
         if (!is_reflected && !is_left) on.throughput = product(on.throughput, met.color);  // once for each solid
-        if (luminance(on.throughput) < least_throughput) return;
+        if (luminance(on.throughput) < min_throughput) return;
         const Vec3 origin = met.point + (is_reflected ? met.start : -met.start) * met.face;
         next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(1), next_widths_.push_back(width_);
         arrived[path.slot].is_uncertain = true;
@@ -528,7 +528,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     }
     const Projection projection(camera, height, width);
     const auto components = static_cast<std::size_t>(layout.width());
-    const std::uint32_t count = draws.count, runs = std::min(count, most_runs);
+    const std::uint32_t count = draws.count, runs = std::min(count, max_runs);
     const auto put = [&](float* sample, const Channel& channel, std::initializer_list<float> values) {
         if (const int place = layout.place(channel); place >= 0) std::copy(values.begin(), values.end(), sample + place);
     };
@@ -558,7 +558,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
             const std::span<const Arrived> own{&paths.arrived[(i - begin) * count], count};
             Vec3 color, albedo, normal;
             float shadow = 0, depth = 0, change = 0;
-            std::array<double, most_runs> run{};
+            std::array<double, max_runs> run{};
             std::uint32_t hits = 0;
             bool is_uncertain = false;
             for (std::uint32_t k = 0; k < count; ++k) {
@@ -642,7 +642,7 @@ void Lighting::look_behind(const Projection& projection, std::span<const Place> 
     std::vector<Looked> looked;
     std::vector<Ray> rays(first.begin(), first.end());
     for (std::size_t j = 0; j < first.size(); ++j) looked.push_back({j, {1, 1, 1}, 0, around});
-    for (int surface = 0; !looked.empty() && surface <= most_surfaces; ++surface) {
+    for (int surface = 0; !looked.empty() && surface <= max_surfaces; ++surface) {
         std::vector<Looked> next;
         std::vector<Ray> next_rays;
         std::vector<float> next_widths;

@@ -17,7 +17,7 @@ namespace {
 
 /// Maximum disc radius in pixels, and disc radius per distance between samples. From the squared radius `far_squared`
 /// on, discs are splatted individually. The disc of five pixels replaces all smaller ones.
-constexpr int most_radius = BorderedGrid::border;
+constexpr int max_radius = BorderedGrid::border;
 constexpr float radius_per_distance = 1.3f;
 constexpr std::uint32_t far_squared = 3;
 
@@ -31,36 +31,36 @@ constexpr std::uint32_t piece = WasEmpty::piece;
 constexpr float overrun_share = 0.5f;
 
 /// The camera has jumped if fewer of the points in the picture face it unoccluded: the history is discarded.
-constexpr float least_still_seen = 0.75f;
+constexpr float min_still_seen = 0.75f;
 
 /// Minimum share of the picture with a reprojected sample; below it, reprojection does not help.
-constexpr float least_known = 1 / 16.f;
+constexpr float min_known = 1 / 16.f;
 
 /// A pixel is inside a surface if the mean direction to the disc centres is shorter. The five directions of one half
 /// average to .48.
 constexpr float one_sided = 0.45f;
 
 /// Points are compacted if more than this share of them is marked.
-constexpr float most_marked = 0.3f;
+constexpr float max_marked = 0.3f;
 
 /// Precomputed discs of all radii.
 struct Discs {
-    static constexpr int across = 2 * most_radius + 1;
+    static constexpr int across = 2 * max_radius + 1;
 
     std::int32_t sides[across][2 * max_lanes]{};           // by row and column: the bit of the octant with the centre
-    std::int32_t half_widths[most_radius * most_radius + 1][across]{};  // by the squared radius
+    std::int32_t half_widths[max_radius * max_radius + 1][across]{};  // by the squared radius
     std::int32_t is_inside[256]{};                          // by the octants of centres, 0 or -1
     std::array<std::uint8_t, block * block + 1> squared{};  // squared radius by the number of known pixels in a block
 
     Discs() {
-        for (int down = -most_radius; down <= most_radius; ++down) {
-            for (int right = -most_radius; right <= most_radius; ++right) {
+        for (int down = -max_radius; down <= max_radius; ++down) {
+            for (int right = -max_radius; right <= max_radius; ++right) {
                 const double turn = std::atan2(down, right) / (2 * std::numbers::pi);
                 const int eighth = static_cast<int>(std::lround(8 * turn)) & 7;
-                sides[down + most_radius][right + most_radius] = right != 0 || down != 0 ? 1 << eighth : 0;
+                sides[down + max_radius][right + max_radius] = right != 0 || down != 0 ? 1 << eighth : 0;
             }
         }
-        for (int square = 0; square <= most_radius * most_radius; ++square) {
+        for (int square = 0; square <= max_radius * max_radius; ++square) {
             const int radius = root(square);
             for (int down = -radius; down <= radius; ++down) half_widths[square][down + radius] = root(square - down * down);
         }
@@ -74,7 +74,7 @@ struct Discs {
             is_inside[all] = std::hypot(right, down) < one_sided * std::popcount(all) ? -1 : 0;
         }
         for (std::size_t count = 1; count < squared.size(); ++count) {
-            const float radius = std::min(radius_per_distance * block / std::sqrt(static_cast<float>(count)), float{most_radius});
+            const float radius = std::min(radius_per_distance * block / std::sqrt(static_cast<float>(count)), float{max_radius});
             squared[count] = static_cast<std::uint8_t>(radius * radius);
         }
     }
@@ -125,10 +125,10 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
         }
     }
     (void)Planes<float>(layout_, nullptr, 0);  // throws if one is missing
-    const std::size_t most = std::size_t{height} * width + max_lanes;
-    columns_.assign(columns::carried + carried_components_.size(), Column(most));
-    for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(most);
-    cell_.resize(most);
+    const std::size_t max_points = std::size_t{height} * width + max_lanes;
+    columns_.assign(columns::carried + carried_components_.size(), Column(max_points));
+    for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(max_points);
+    cell_.resize(max_points);
     shades_.assign(shade_components_.size(), Column(cells_.size()));
 }
 
@@ -171,7 +171,7 @@ void History::add(const Camera& camera, const float* planes) {
     };
     std::size_t more = 0;
     for (const std::uint32_t i : traced_) more += traced.depth[i] != 0 && chosen_[cell_of(i)] == no_choice;
-    if (count_ + more > pixels || static_cast<float>(count_ - kept_) > most_marked * static_cast<float>(count_)) drop(pixels - more);
+    if (count_ + more > pixels || static_cast<float>(count_ - kept_) > max_marked * static_cast<float>(count_)) drop(pixels - more);
     kept_ += more;
 
     for (const std::uint32_t i : traced_) {
@@ -198,7 +198,7 @@ void History::mark(std::size_t point) {
     --kept_;
 }
 
-void History::drop(std::size_t most) {
+void History::drop(std::size_t max_points) {
     // `cell_` first marks the points in use, then holds their new positions.
     std::fill_n(cell_.begin(), count_, BorderedGrid::nowhere);
     std::size_t expected = 0;
@@ -206,7 +206,7 @@ void History::drop(std::size_t most) {
         if (chosen != no_choice) cell_[static_cast<std::size_t>(chosen_point(chosen))] = 1, ++expected;
     }
     const Column& x = columns_[columns::x];
-    std::size_t others = most - std::min(most, expected), to = 0;
+    std::size_t others = max_points - std::min(max_points, expected), to = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         if (std::isnan(x[k])) continue;
         if (cell_[k] == BorderedGrid::nowhere && (others == 0 || others-- == 0)) continue;
@@ -233,7 +233,7 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
         std::fill_n(planes, static_cast<std::size_t>(layout_.width()) * pixels, 0.f), std::fill_n(off_center, pixels, 0.f);
         return std::size_t{0};
     };
-    if (static_cast<float>(kept_) < least_still_seen * static_cast<float>(in_picture_)) return nothing();
+    if (static_cast<float>(kept_) < min_still_seen * static_cast<float>(in_picture_)) return nothing();
     was_empty_.swap(empty_);
     see_back(before, projection);
 
@@ -265,7 +265,7 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
         }
     });
     const std::size_t known = surfaces.load() + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
-    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces.load();
+    return static_cast<float>(known) < min_known * static_cast<float>(pixels) ? nothing() : surfaces.load();
 }
 
 void History::see(const Eye& eye) {
@@ -364,7 +364,7 @@ void History::overrun(std::size_t point, const Projection& before) {
     const Projection::Seen was = before.seen({columns_[columns::x][point], columns_[columns::y][point], columns_[columns::z][point]});
     const std::int32_t cell = cell_[point];
     const float down = static_cast<float>(cells_.row_of(cell)) - was.row, right = static_cast<float>(cells_.column_of(cell)) - was.column;
-    const float squared = std::min(overrun_share * overrun_share * (down * down + right * right), float{most_radius * most_radius});
+    const float squared = std::min(overrun_share * overrun_share * (down * down + right * right), float{max_radius * max_radius});
     if (!(squared >= 0)) return;  // it was behind the camera
     const DiscRows disc = Discs::all().rows(static_cast<std::uint32_t>(squared));
     for (std::int32_t row = -disc.radius; row <= disc.radius; ++row) {

@@ -55,8 +55,8 @@ private:
     [[nodiscard]] PointsIn<const float> points() const;
     [[nodiscard]] Sights sights();
     [[nodiscard]] Surfaces surfaces();
-    /// Removes marked points and, if more than `most` remain, some that share a pixel with others.
-    void drop(std::size_t most);
+    /// Removes marked points and, if more than `max_points` remain, some that share a pixel with others.
+    void drop(std::size_t max_points);
     void mark(std::size_t point);
 
     /// Projects the points, and finds the nearest surface of each cell.

@@ -6,7 +6,7 @@ namespace bob::BOB_ISA {
 namespace {
 
 /// Lower bound of the normal's z: limits the slope of surfaces seen nearly edge-on.
-constexpr float least_normal_z = 0.3f;
+constexpr float min_normal_z = 0.3f;
 
 inline M load_integers(const std::int32_t* p) { return (M)load<F>(reinterpret_cast<const float*>(p)); }
 inline void store_integers(std::int32_t* p, M v) { store(reinterpret_cast<float*>(p), (F)v); }
@@ -94,7 +94,7 @@ std::size_t see(const Eye& eye, const BorderedGrid& cells, PointsIn<const float>
         in_picture -= inside;
         const M whole_row = to_integers(inside ? row : F{}), whole_column = to_integers(inside ? column : F{});
         const F down = at.row - to_floats(whole_row), right = at.column - to_floats(whole_column);
-        const F depth = at.depth(eye), steep = side(eye, depth) / max(normal.z, constant(least_normal_z));
+        const F depth = at.depth(eye), steep = side(eye, depth) / max(normal.z, constant(min_normal_z));
         const M cell = (whole_row + all(BorderedGrid::border)) * all(cells.stride) + whole_column + all(BorderedGrid::border);
         store_integers(sights.cell + i, seen ? cell : all(BorderedGrid::nowhere));
         store(sights.depth + i, depth);
@@ -167,10 +167,10 @@ void cover(const Eye& eye, DiscRows disc, const std::int32_t* is_inside, Surface
             if (downs[k] != 0) around[k] += constant(static_cast<float>(downs[k])) * load<F>(surfaces.deeper_down + from);
             nearest = max(around[k], nearest);
         }
-        const F least = nearest - tolerance(eye, nearest);
+        const F min_depth = nearest - tolerance(eye, nearest);
         M sides{};
         BOB_UNROLL
-        for (int k = 1; k < 5; ++k) sides |= (around[k] >= least) & all(disc.sides[downs[k] + BorderedGrid::border][rights[k] + BorderedGrid::border]);
+        for (int k = 1; k < 5; ++k) sides |= (around[k] >= min_depth) & all(disc.sides[downs[k] + BorderedGrid::border][rights[k] + BorderedGrid::border]);
         if (ends) end_cover_at(eye, surfaces, covers, is_inside, to, nearest, sides);
         else store(covers.nearest + to, nearest), store_integers(covers.sides + to, sides);
     }
@@ -237,7 +237,7 @@ std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* em
 
 void smooth(const float* shades, const float* right, const float* down, std::int32_t stride, float* to, std::int32_t width) {
     // Smaller differences are invisible, and common.
-    const F least = constant(1 / 32.f), one = constant(1);
+    const F min_difference = constant(1 / 32.f), one = constant(1);
     for (std::int32_t x = 0; x < width; x += lanes) {
         const F own = load<F>(shades + x);
         F low = own, high = own;
@@ -245,8 +245,8 @@ void smooth(const float* shades, const float* right, const float* down, std::int
             const F there = load<F>(shades + x + (k / 3 - 1) * stride + k % 3 - 1);
             low = min(there, low), high = max(there, high);
         }
-        const F beside = load<F>(right + x);
-        const M changes = (high - low > least) & (beside != F{}) & (beside != constant(ExpectedRow::unknown));
+        const F off_center = load<F>(right + x);
+        const M changes = (high - low > min_difference) & (off_center != F{}) & (off_center != constant(ExpectedRow::unknown));
         F smooth = own;
         if (bits(changes)) {
             F sum{}, weights{};

@@ -148,7 +148,7 @@ TEST(environments_may_be_black_and_not_too_large) {
     const Vec3 texel;
     bool is_refused = false;
     try {
-        const Environment large(std::span(&texel, Environment::most_texels + 1), 1, 1);
+        const Environment large(std::span(&texel, Environment::max_texels + 1), 1, 1);
     } catch (const std::invalid_argument&) {
         is_refused = true;
     }
@@ -206,8 +206,8 @@ TEST(the_last_glass_that_was_entered_counts) {
     CHECK_EQ(media.last(), 5u);
     media.leave(5);
     CHECK(media.is_empty());
-    for (std::uint32_t k = 0; k < 2 * Media::most; ++k) media.enter(k);
-    CHECK_EQ(media.last(), Media::most - 1);
+    for (std::uint32_t k = 0; k < 2 * Media::max; ++k) media.enter(k);
+    CHECK_EQ(media.last(), Media::max - 1);
 }
 
 TEST(light_falls_off_in_glass_by_beer) {

@@ -142,7 +142,7 @@ export class Scene {
    */
   probe(places, { height, width }, camera) {
     const fine = FINE / Math.max(1, Math.hypot(height, width) / 2 ** 14); // far from the limit of 32 bits
-    const at = (/** @type {number} */ place, /** @type {number} */ most) => Math.max(0, Math.min(most - 1, Math.floor(place * fine)));
+    const at = (/** @type {number} */ place, /** @type {number} */ count) => Math.max(0, Math.min(count - 1, Math.floor(place * fine)));
     const size = { height: Math.ceil(height * fine), width: Math.ceil(width * fine) };
     const pixels = Int32Array.from({ length: places.length }, (_, i) => i % 2 ? at(places[i - 1], size.width) : at(places[i + 1], size.height));
     const traced = this.trace(pixels, size, camera), wide = this.sampleWidth;

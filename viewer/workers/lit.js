@@ -74,7 +74,7 @@ export class SceneLight {
     const covered = isLined ? null : rests ? new Uint8Array(height * width) : coarseLines(this.#scene, batch, LIT_LINES_SHARE * batch.milliseconds);
     const started = performance.now(), time = batch.milliseconds - (started - begin), end = begin + batch.milliseconds;
     const { seed } = light, paths = rests ? 4 * side ** 2 : light.paths;
-    const most = light.pixelsIn(Math.max(0, time)), wanted = light.next(rests ? Math.min(most, light.left) : most), count = wanted.length / 3;
+    const max = light.pixelsIn(Math.max(0, time)), wanted = light.next(rests ? Math.min(max, light.left) : max), count = wanted.length / 3;
     let dealt = 0, added = 0, tracing = started, lined = rests && !isLined ? 0 : height;
     return {
       deal() {

@@ -169,9 +169,9 @@ ${each(9 * block, (i) => `${i % block ? "" : `
 `;
 }
 
-/** @param {number} number @param {number} most */
-function largestDivisor(number, most) {
-  let divisor = Math.min(number, most);
+/** @param {number} number @param {number} max */
+function largestDivisor(number, max) {
+  let divisor = Math.min(number, max);
   while (number % divisor) --divisor;
   return divisor;
 }

@@ -50,9 +50,9 @@ export class Plan {
    * @param {number} [value] replaces zero
    */
   image(channels, height, width, value = 0) {
-    const size = 4 * channels * height * width, most = this.device.limits.maxStorageBufferBindingSize;
-    if (size > most) {
-      throw new Error(`picture: expected at most ${most} bytes of ${channels} channels for the GPU, got ${size}`);
+    const size = 4 * channels * height * width, max = this.device.limits.maxStorageBufferBindingSize;
+    if (size > max) {
+      throw new Error(`picture: expected at most ${max} bytes of ${channels} channels for the GPU, got ${size}`);
     }
     const usage = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST | GPUBufferUsage.COPY_SRC;
     const buffer = this.#buffer({ size, usage, mappedAtCreation: value !== 0 });
@@ -88,9 +88,9 @@ export class Plan {
     const entries = buffers.map((buffer, binding) => ({ binding, resource: { buffer } }));
     const { height, width } = images[kernel.over];
     const [columns, rows] = [width, height].map((length) => Math.ceil(length / kernel.tile));
-    const most = kernel.tile * this.device.limits.maxComputeWorkgroupsPerDimension;
-    if (Math.max(height, width) > most) {
-      throw new Error(`picture: expected at most ${most} rows and columns for the GPU, got ${height} and ${width}`);
+    const max = kernel.tile * this.device.limits.maxComputeWorkgroupsPerDimension;
+    if (Math.max(height, width) > max) {
+      throw new Error(`picture: expected at most ${max} rows and columns for the GPU, got ${height} and ${width}`);
     }
     this.#recorded.push(this.compile(kernel.source).then((pipeline) => ({
       pipeline,
