@@ -18,9 +18,10 @@ namespace bob {
 /// An adaptive pixel order in rounds that end at fixed shares of the pixels.
 ///
 /// Each pixel of the lattice (`lattice_tile`) is the centre of four pixels of earlier levels, its corners. Its priority
-/// is the contrast of its corners times its area. A detail inside a square may miss all four corners. A small share of
-/// each round follows the lattice regardless and finds such details; their neighbours are then queued from square to
-/// square. Where the surfaces of all pixels are known, a pixel unlike all its corners has the priority of a silhouette.
+/// is the contrast of its corners, plus a step, times its area. A detail inside a square may miss all four corners.
+/// Large squares of equal corners are divided before small ones of little contrast, and find such details; their
+/// neighbours are then queued from square to square. Where the surfaces of all pixels are known, a pixel unlike all its
+/// corners has the priority of a silhouette.
 ///
 /// Refinement of squares by contrast is from Akimoto et al., "Pixel-Selected Ray Tracing", 1991.
 class AdaptiveOrder final : public RoundOrder {
