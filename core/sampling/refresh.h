@@ -17,8 +17,7 @@ namespace bob {
 ///
 /// The priority of a pixel with a reprojected sample is its contrast with its neighbours: a sample off the pixel's
 /// centre may be wrong along an edge. The priority of a pixel without a sample is the contrast of the known pixels
-/// around it. A traced sample nearby that contradicts the reprojection raises both. Blue noise thins pixels of equal
-/// priority. Walter et al. 1999 also assign each pixel a priority and dither it.
+/// around it. Blue noise thins pixels of equal priority. Walter et al. 1999 also assign each pixel a priority and dither it.
 class RefreshOrder {
 public:
     RefreshOrder(std::uint32_t height, std::uint32_t width);
@@ -50,7 +49,6 @@ private:
         void resize(std::uint32_t height, std::uint32_t width);
         [[nodiscard]] std::size_t size() const { return hit.size(); }
         [[nodiscard]] bool is_known(std::size_t i) const { return (missed[i] | hit[i]) != 0; }
-        [[nodiscard]] ShadeRange at(std::size_t i) const;
     };
     static void halve(const ShadeRanges& fine, ShadeRanges& coarse);
     /// The union of the ranges at each place and its eight neighbours.
@@ -59,7 +57,6 @@ private:
     /// The contrast of each union.
     void contrast_around(const ShadeRanges& ranges);
 
-    void compare(const Layout& layout, const float* picture);
     void read(const Layout& layout, const float* picture);
     void weigh(const float* traced, const float* off_center);
     void choose(std::size_t count);
@@ -71,7 +68,6 @@ private:
     std::array<ShadeRanges, levels> ranges_;   // of the pixels when the last round was chosen, then of blocks of 2 x 2, 4 x 4, ...
     ShadeRanges around_;
     Bytes row_, contrast_;
-    Bytes surprises_;             // contrast of nearby traced samples with their reprojection
     std::vector<float> guesses_;  // priority of pixels without a sample, by blocks of 2 x 2 pixels
     std::vector<float> areas_;    // and the reciprocals of the areas that share it
     std::vector<float> coarser_guesses_, coarser_areas_, row_guesses_, row_areas_;

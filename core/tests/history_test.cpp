@@ -303,22 +303,3 @@ TEST(refreshing_goes_along_edges_and_where_nothing_is_expected) {
     }
     CHECK_LT(95u, inside);
 }
-
-TEST(refreshing_follows_a_surprise) {
-    std::vector<float> picture(5 * pixels), done(5 * pixels), off_center(pixels);
-    for (std::size_t i = 0; i < pixels; ++i) picture[i] = 1, picture[pixels + i] = 0.5f, picture[2 * pixels + i] = 0.5f;
-    bob::RefreshOrder order(height, width);
-    const auto first = order.next(layout(), done.data(), picture.data(), off_center.data(), 100);
-    CHECK_EQ(first.size(), 100u);
-    const bob::Pixel surprise = first[40];
-    for (const auto [row, column] : first) {
-        const std::size_t i = static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column);
-        for (std::size_t c = 0; c < 5; ++c) done[c * pixels + i] = picture[c * pixels + i];
-    }
-    picture[pixels + static_cast<std::size_t>(surprise.row) * width + static_cast<std::size_t>(surprise.column)] = 1;
-    std::size_t near = 0;
-    for (const auto [row, column] : order.next(layout(), done.data(), picture.data(), off_center.data(), 20)) {
-        near += std::abs(row - surprise.row) <= 2 && std::abs(column - surprise.column) <= 2;
-    }
-    CHECK_LT(18u, near);
-}
