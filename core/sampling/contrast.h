@@ -39,6 +39,9 @@ public:
         return contrast_of(range(even & 0xffff), range(odd & 0xffff), range(even >> 16));
     }
     /// Contrast of the ranges of gray and of the normals. Narrow integers let loops over pixels vectorize well.
+    ///
+    /// Weight 5/8 of normals, SSIM of 14 and 24 models, means over 1 to 25 % of the pixels: with 0, adaptive loses .0035
+    /// and priority .0014; with 2/8, adaptive loses .0005; with 1, adaptive gains .0002 and priority loses .0003.
     static constexpr std::uint8_t contrast_of(std::uint16_t gray, std::uint16_t x, std::uint16_t y) {
         const auto normals = static_cast<std::uint16_t>((x + y) * 5);
         const auto sum = static_cast<std::uint16_t>(gray + normals / 8);

@@ -8,6 +8,8 @@
 namespace bob {
 namespace {
 
+/// Contrasts of squares that are divided first, next, and then. At 5 %, SSIM of 14 models is .9143 with 64, .9116 with 32
+/// and .9107 with 256. At 25 %, over 24 and 30 models, it falls by .0005 and .0002 without 24, and by .004 without 24 and 8.
 constexpr std::uint32_t strong = 64, visible = 24, faint = 8, any = 0;
 
 }  // namespace
@@ -65,14 +67,11 @@ void SquaresOrder::Level::add(std::uint32_t row, std::uint32_t column, const Sha
 }
 
 void SquaresOrder::read_round(const ShadeReader& shades_at) {
-    constexpr std::size_t ahead = 16;  // pixels; neighbouring rows are far apart
-    const auto index = [&](Pixel pixel) { return static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column); };
-    for (std::size_t k = 0; k < round_.size(); ++k) {
-        if (k + ahead < round_.size()) shades_at.prefetch(index(round_[k + ahead]));
-        const auto row = static_cast<std::uint32_t>(round_[k].row), column = static_cast<std::uint32_t>(round_[k].column);
+    for (const Pixel pixel : round_) {
+        const auto row = static_cast<std::uint32_t>(pixel.row), column = static_cast<std::uint32_t>(pixel.column);
         const auto is_corner = [&](const Squares& squares) { return ((row - squares.first) | (column - squares.first)) % squares.side == 0; };
         if (!is_corner(levels_[0].squares)) continue;
-        const ShadeRange sample = shades_at(index(round_[k]));
+        const ShadeRange sample = shades_at(std::size_t{row} * width_ + column);
         for (Level& level : levels_) {
             if (!is_corner(level.squares)) break;  // nor of larger squares
             level.add(row, column, sample);
