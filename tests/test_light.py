@@ -625,7 +625,7 @@ def test_a_frame_traces_as_many_pixels_as_its_time_allows():
     assert pace.pixels(100, 5.0) == 100
     assert pace.pixels(1000, 1.0) == 5
     pace.traced(1, 0.3)  # a call of few pixels, which costs more than their paths
-    assert pace.pixels(1000, 5.0) == 213
+    assert pace.pixels(1000, 5.0) == 220
 
 
 def test_samples_of_moving_light_are_no_dots():
@@ -653,8 +653,7 @@ def test_a_moving_frame_is_as_large_as_its_time_allows():
     assert pace.scale(1000, 3.6) == 2.5  # a fifth must be left before it grows
     assert pace.scale(1000, 5.0) == 2
     pace.shown(250, 5.0)
-    assert pace.scale(1000, 10.0) == 2
-    assert pace.scale(1000, 11.0) == 1.5
+    assert pace.scale(1000, 10.0) == 1.5
 
 
 def test_moving_frames_under_lights_are_smaller_and_enlarged():
