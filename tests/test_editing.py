@@ -267,6 +267,18 @@ def test_a_wrong_model_among_several_is_named(page, tmp_path):
     page.wait_until(lambda: "convert it: bobrossnet pack c.bob c.step" in page.text("#message"))
 
 
+def test_lights_of_files_that_are_opened_together_are_told(page, tmp_path):
+    bob.save_scene(bob.Scene(sdf.sphere(1), light="studio"), tmp_path / "lit.bob")
+    sdf.box(1).mesh(0.2).save(tmp_path / "box.stl")
+    files = [tmp_path / "box.stl", tmp_path / "lit.bob"]
+    page.tab.set_input_files("#file", files)
+    page.opened()
+    with pytest.warns(bob.InputWarning, match=r"lit\.bob: its lights are not shown") as told:
+        assert bob.load(files).light is None
+    assert page.text("#message") == str(told[0].message)
+    assert bob.load(files[1]).light is not None
+
+
 @pytest.mark.parametrize("first", range(3))
 def test_files_of_all_kinds_are_opened_together(page, tmp_path, first):
     """In one unit: that of the first file that has one, as in Python."""

@@ -1387,8 +1387,9 @@ DAMAGED = "link: expected a script as this page packs it, got a damaged one; was
         ("#camera=1_2", "camera: expected 7 numbers, azimuth_elevation_roll_zoom_panX_panY_fov, got 1_2"),
         ("#scene=csg.sdf&camera=1_2_3_4_5_6_x", "camera: expected 7 numbers, azimuth_elevation_roll_zoom_panX_panY_"),
         ("?scene=gallery/csg.sdf#camera=1_2_3__5_6_7", "got 1_2_3__5_6_7"),
+        ("#scene=csg.sdf&light=sun", "light: expected scene, headlight or studio, got sun"),
     ],
-    ids=range(12),
+    ids=range(13),
 )
 def test_a_damaged_link_is_told(shared, viewer, address, message):
     shared.visit(viewer.url + address)

@@ -1,5 +1,6 @@
 // @ts-check
 /** Links to a scene and its camera: the state is in the fragment, which no server sees. */
+import { expectation } from "../component/attributes.js";
 import { FIELDS, valid } from "../picture/camera.js";
 
 /**
@@ -40,8 +41,12 @@ export async function fromFragment(fragment) {
   const texts = (of ?? "").split("_"), given = FIELDS.map((name, i) => [name, Number(texts[i])]);
   const isRight = texts.length === FIELDS.length && texts.every((text) => text !== "" && Number.isFinite(Number(text)));
   const camera = isRight ? valid(Object.fromEntries(given)) : undefined;
-  const wrong = of === null || isRight ? undefined : `camera: expected ${FIELDS.length} numbers, ${FIELDS.join("_")}, got ${of.slice(0, 100)}`;
-  const packed = values.get("script"), light = values.get("light") ?? undefined;
+  const packed = values.get("script"), linked = values.get("light"), lit = expectation("light", linked);
+  const light = lit ? undefined : linked ?? undefined;
+  /** @param {string} name @param {string} expected @param {string | null} got */
+  const sentence = (name, expected, got) => `${name}: expected ${expected}, got ${got?.slice(0, 100)}`;
+  const wrong = of !== null && !isRight ? sentence("camera", `${FIELDS.length} numbers, ${FIELDS.join("_")}`, of) :
+    lit ? sentence("light", lit, linked) : undefined;
   if (packed === null) return { gallery: values.get("scene") ?? undefined, camera, light, wrong };
   return { script: await unpacked(packed), camera, light, wrong };
 }

@@ -57,7 +57,7 @@ export function together(scenes, names) {
   const unit = scenes.find((scene) => scene.unit)?.unit ?? null;
   /** @type {Required<Omit<SceneDescription, "lights">>} */
   const all = { shapes: [], instances: [], warnings: [], unit, hasFront: scenes.some((scene) => scene.hasFront) };
-  scenes.forEach(({ shapes, instances, warnings = [], unit: own }, number) => {
+  scenes.forEach(({ shapes, instances, warnings = [], unit: own, lights }, number) => {
     const before = all.shapes.length, first = all.instances.length, isOther = unit && own && own !== unit;
     const scale = isOther ? scaling(metresOf(own) / metresOf(unit)) : null;
     all.instances = all.instances.concat(instances.map((instance, i) => ({
@@ -66,6 +66,7 @@ export function together(scenes, names) {
     })));
     all.shapes = all.shapes.concat(shapes);
     all.warnings = all.warnings.concat(warnings);
+    if (lights) all.warnings.push(`${names[number]}: its lights are not shown, because other shapes are opened with it`);
     if (unit && !own) all.warnings.push(`${names[number]}: its lengths are taken as ${unit}, the unit of the other files; it does not say its own`);
   });
   return all;
