@@ -93,11 +93,18 @@ def test_json_goes_to_stderr_where_the_picture_is_the_output(part):
     assert json.loads(done.stderr)["picture"] == "-"
 
 
-@pytest.mark.parametrize("given", [[], ["--format", "doc"], ["--format", ""]])
-def test_standard_input_needs_its_format(given):
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ([], "--format: expected the format of standard input, one of .ply "),
+        (["--format", "doc"], "argument --format: expected one of .ply, "),
+        (["--format", ""], "argument --format: expected one of .ply, "),
+    ],
+)
+def test_standard_input_needs_its_format(given, message):
     done = run("render", "-", *given, content=b"solid")
     assert done.returncode == 2
-    assert done.stderr.startswith(b"bobrossnet: error: --format: expected the format of standard input, one of .ply ")
+    assert done.stderr.startswith(f"bobrossnet: error: {message}".encode())
     assert done.stderr.count(b"\n") == 1
 
 

@@ -308,7 +308,7 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
         assert error.count("\n") == 1
         return error
 
-    assert "file: can't write the page there: " in said("--export", tmp_path / "file")
+    assert "export: expected a folder to write to, got " in said("--export", tmp_path / "file")
     assert "missing.ply: expected a file" in said("missing.ply")
     assert "fov: expected degrees in [0.1, 175]" in said("--fov", "190", "--export", tmp_path / "a")
     assert "background: expected #rrggbb, a CSS name or 3 numbers, got 'rot'" in said("--background", "rot")
