@@ -123,8 +123,8 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     for path in filter(is_path, each):  # all are checked before the first is read
         _check_source(path)
     items = [_loaded(item) if is_path(item) else item for item in each]
-    _warn_of_lights(each, items)
-    _warn_of_units(each, items)
+    if len(items) > 1:
+        _warn_of_several(each, items)
     only = items[0] if len(items) == 1 else None
     if up == "auto":
         items, up = _upright(each, items), "z"
@@ -145,24 +145,19 @@ def _upright(sources: list[Any], items: list[SceneLike]) -> list[SceneLike]:
     return [as_scene(item).turned("y") if own else item for item, own in zip(items, silent, strict=True)]
 
 
-def _warn_of_lights(sources: list[Any], items: list[SceneLike]) -> None:
-    """Warn about the lights of scene files that are opened with others."""
+def _warn_of_several(sources: list[Any], items: list[SceneLike]) -> None:
+    """Warn about the lights of files that are opened with others, and the unit assumed for files without one."""
+    unit = next((item.unit for item in items if isinstance(item, Scene) and item.unit), None)
     for source, item in zip(sources, items, strict=True):
-        if len(items) > 1 and is_path(source) and isinstance(item, Scene) and item.light is not None:
-            name = name_of(path_of(source))
-            text = f"{name}: its lights are not shown, because other shapes are opened with it"
-            warnings.warn(text, InputWarning, stacklevel=3)
-
-
-def _warn_of_units(sources: list[Any], items: list[SceneLike]) -> None:
-    """Warn about the unit assumed for files without one, next to files with a unit."""
-    units = [item.unit for item in items if isinstance(item, Scene)]
-    unit = next(filter(None, units), None)
-    for source, item in zip(sources, items, strict=True):
-        if unit is not None and is_path(source) and isinstance(item, Scene) and item.unit is None:
-            name = name_of(path_of(source))
-            text = f"{name}: its lengths are taken as {unit}, the unit of the other files; it does not say its own"
-            warnings.warn(text, InputWarning, stacklevel=3)
+        if not is_path(source) or not isinstance(item, Scene):
+            continue
+        told = []
+        if item.light is not None:
+            told.append("its lights are not shown, because other shapes are opened with it")
+        if unit is not None and item.unit is None:
+            told.append(f"its lengths are taken as {unit}, the unit of the other files; it does not say its own")
+        for text in told:
+            warnings.warn(f"{name_of(path_of(source))}: {text}", InputWarning, stacklevel=3)
 
 
 def _check_source(path: str | bytes | os.PathLike[str]) -> None:

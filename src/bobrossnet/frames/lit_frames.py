@@ -45,7 +45,6 @@ class LitFrames:
         """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds.
 
         A moving picture without a count is smaller if first hits and completing would take too long; it is enlarged."""
-        begin = time.perf_counter()
         moving = self._turned_to(camera, None if count is not None else budget)
         size = moving.size
         tracing = time.perf_counter()
@@ -62,7 +61,7 @@ class LitFrames:
         shown, own = (GBuffer.from_stack(each, HELD, self._guides, False) for each in (planes, planes * mask))
         fraction = own.fraction
         if not moving.is_at_rest:
-            self._pace.shown(total, tracing - begin + time.perf_counter() - completing)
+            self._pace.shown(total, tracing - start + time.perf_counter() - completing)
         if is_enlarged:
             smaller, picture = picture, np.empty((4, *self._size), np.float32)
             _core.enlarge(smaller, picture)
