@@ -1,4 +1,6 @@
-"""Readers that exceed every limit, for separate processes."""
+"""Readers for separate processes: some exceed every limit, others tell of their process."""
+
+import sys
 
 from bobrossnet.adapters import apart
 
@@ -13,3 +15,8 @@ def spin(size):
     apart.limit(int(size))
     while True:
         pass
+
+
+def imported():
+    """Return the modules of this process."""
+    return [*sys.modules]

@@ -174,10 +174,10 @@ def _refuse_open_files() -> None:
 
 def _have_children_play(system: str) -> None:
     """Simulate in child processes, too; multiprocessing's children run this file again."""
-    from bobrossnet.adapters import apart
+    from bobrossnet.adapters import reader
 
     begin = f"import sys; sys.path.insert(0, {FOLDER!r}); import systems; systems.play({system!r}); "
-    apart.COMMAND = apart.COMMAND.replace("from bobrossnet", f"{begin}from bobrossnet")
+    reader.COMMAND = reader.COMMAND.replace("from bobrossnet", f"{begin}from bobrossnet")
 
 
 if __name__ in ("__main__", "__mp_main__"):

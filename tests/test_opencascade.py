@@ -19,6 +19,7 @@ from nurbs_shapes import curve_points, inside
 from processes import running
 
 import bobrossnet as bob
+from bobrossnet.adapters import files, reader
 from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.opencascade import read_iges, read_step
 
@@ -395,6 +396,44 @@ def refused(path):
 def test_readers_collect_no_cycles():
     """The collector of cycles takes a fifth of a reader's time."""
     assert not call_apart("gc", "isenabled")
+
+
+def test_readers_import_little_of_the_package():
+    """Its own imports take 0.2 s."""
+    modules = call_apart("greedy", "imported")
+    assert "bobrossnet.adapters.apart" in modules
+    assert "bobrossnet.pictures" not in modules
+
+
+def test_each_cad_format_has_a_reader():
+    assert {*reader.MODULES} == {*files.CAD_READERS}
+
+
+STARTED = """
+import sys
+sys.argv[0] = "bobrossnet"
+import bobrossnet
+from bobrossnet.adapters import reader
+from bobrossnet.command_line import cli
+(early,) = reader._early.values()
+status = cli.main()
+print(status, len(reader._early), early.returncode)
+"""
+
+
+@pytest.mark.parametrize(("arguments", "told"), [([], "0 0 0"), (["--nonsense"], "2 1 None")])
+def test_the_command_starts_the_reader_before_its_imports(furniture, arguments, told):
+    command = [sys.executable, "-c", STARTED, "info", str(furniture[".step"]), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == told
+
+
+def test_unused_readers_end(furniture):
+    reader.start_early(["info", "missing.step", str(furniture[".step"])])
+    (early,) = reader._early.values()
+    reader._end_early()
+    assert early.returncode is not None
+    assert not reader._early
 
 
 @pytest.mark.parametrize("suffix", [".stp", ".igs"])

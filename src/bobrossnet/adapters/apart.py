@@ -14,22 +14,14 @@ import json
 import os
 import pickle
 import signal
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from bobrossnet.adapters import reader
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.machine import limit_memory, limit_processor, limits, set_limits, was_too_slow
-
-# Not multiprocessing, which would rerun a user's script without `if __name__ == "__main__"`.
-# Isolated (-I), so only the parent's path is searched for imports. Without the collector of cycles: it would visit the
-# hundred thousand objects of OpenCascade's classes over and over, a fifth of the time, and the process soon ends.
-COMMAND = (
-    "import gc, json, sys; gc.disable(); sys.path[:] = json.loads(sys.argv[1]); "
-    "from bobrossnet.adapters import apart; apart._answer()"
-)
 
 PR_SET_PDEATHSIG = 1  # of Linux's prctl
 
@@ -74,26 +66,17 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
             return getattr(_imported(module), function)(*arguments)
         finally:
             _lift_limits()
-    command = [
-        sys.executable,
-        "-I",
-        "-c",
-        COMMAND,
-        json.dumps(sys.path),
-        str(os.getpid()),
-        module,
-        function,
-        *arguments,
-    ]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # threads that start with numpy are useless to readers
-    done = subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
-    )
-    if was_too_slow(done.returncode):
+    with reader.take(module) as process:
+        try:
+            output, _ = process.communicate(json.dumps([function, *arguments]).encode())
+        except BaseException:
+            process.kill()
+            raise
+    if was_too_slow(process.returncode):
         raise InputError("expected a file that is read within the time limit for its size, got one that takes longer")
-    if done.returncode:
+    if process.returncode:
         raise InputError("expected a file that its reader can handle, but the reader crashed; is it damaged?")
-    result, error = pickle.loads(done.stdout)  # our own child wrote it
+    result, error = pickle.loads(output)  # our own child wrote it
     if error is not None:
         raise error
     return result
@@ -137,23 +120,29 @@ def be_apart() -> None:
         os.dup2(nowhere, output)
 
 
-def _answer() -> None:
-    """Run in the child: arguments are in `sys.argv`, and the result goes to the original stdout."""
-    parent, module, function, *arguments = sys.argv[2:]
+def answer() -> None:
+    """Run in the child: read the request from stdin, and write the result to the original stdout."""
+    parent, module = sys.argv[2:]
     _die_with(int(parent))
-    answer = os.fdopen(os.dup(1), "wb")
+    limit_memory()
+    output = os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     result: Any = None
     error: Exception | None = None
     try:
-        result = getattr(_imported(module), function)(*arguments)
+        library = _imported(module)  # the slow part; the request may arrive later
+        request = sys.stdin.buffer.read()
+        if not request:  # the parent has nothing to read
+            os._exit(0)
+        function, *arguments = json.loads(request)
+        result = getattr(library, function)(*arguments)
     except (InputError, MemoryError, RecursionError) as raised:
         error = raised
     except Exception as raised:  # its type may be unknown to the parent
         error = RuntimeError(f"{type(raised).__name__}: {raised}")
-    with answer:
-        pickle.dump((result, error), answer, protocol=pickle.HIGHEST_PROTOCOL)
+    with output:
+        pickle.dump((result, error), output, protocol=pickle.HIGHEST_PROTOCOL)
     os._exit(0)  # the library may crash during its cleanup, too
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.apart import call_apart, check_library
 from bobrossnet.adapters.joined import joined
 from bobrossnet.adapters.part import Found, Part
+from bobrossnet.adapters.reader import OPENCASCADE
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.support.errors import InputError
@@ -121,7 +122,7 @@ def read_iges(file: Path) -> Found[Instance]:
 def _read(file: Path, kind: str) -> Found[Instance]:
     check_library("OCP", "OpenCascade", file)
     (_check_step if kind == "STEP" else _check_iges)(file)
-    assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
+    assembly: Assembly = call_apart(OPENCASCADE, "read_assembly", kind, str(file))
     dropped = assembly.dropped
     parts = [[_Solid(body, dropped) for body in bodies] for bodies in assembly.parts]
     instances = [

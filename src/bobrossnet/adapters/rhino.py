@@ -19,6 +19,7 @@ from bobrossnet import _core
 from bobrossnet.adapters.apart import call_apart, check_library, limit
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.adapters.part import Found, Names
+from bobrossnet.adapters.reader import RHINO
 from bobrossnet.color import from_srgb
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
@@ -79,7 +80,7 @@ def read_3dm(file: Path) -> Found[Instance]:
         If faces or objects are left out, or faces are shown without their trims.
     """
     check_library("rhino3dm", "rhino3dm", file)
-    instances, notes = call_apart(__name__, "read_apart", str(file))
+    instances, notes = call_apart(RHINO, "read_apart", str(file))
     for note in notes:
         warnings.warn(note, InputWarning, stacklevel=2)
     found: Found[Instance] = instances

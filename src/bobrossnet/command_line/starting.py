@@ -1,7 +1,7 @@
 """The first import of the package.
 
-It refuses sub-interpreters. In the command, it makes Ctrl-C exit at once during the imports, which take half of the
-start; Python would print a traceback instead.
+It refuses sub-interpreters. In the command, it starts the reader of a CAD file, which imports its library meanwhile,
+and makes Ctrl-C exit at once during the imports; Python would print a traceback instead.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import signal
 import sys
 from importlib import import_module
 from typing import Any, NoReturn
+
+from bobrossnet.adapters import reader
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
@@ -49,5 +51,8 @@ def _check_interpreter() -> None:
 
 _check_interpreter()
 
-if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, _leave)
+if _is_command():
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _leave)
+    if "_ARGCOMPLETE" not in os.environ:  # a shell asks for completions
+        reader.start_early(sys.argv[1:])
