@@ -1,6 +1,8 @@
 """Readers for separate processes: some exceed every limit, others tell of their process."""
 
+import os
 import sys
+from functools import partial
 
 from bobrossnet.adapters import apart
 
@@ -20,3 +22,14 @@ def spin(size):
 def imported():
     """Return the modules of this process."""
     return [*sys.modules]
+
+
+def shared(crash):
+    """Return the process of each of twenty calls; every second one may crash."""
+    return apart.divided([partial(_process, crash == "crash" and i % 2 == 1, i) for i in range(20)])
+
+
+def _process(crash, i):
+    if crash:
+        os.abort()
+    return i, os.getpid()

@@ -436,6 +436,17 @@ def test_unused_readers_end(furniture):
     assert not reader._early
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux copies processes safely")
+@pytest.mark.skipif(os.cpu_count() == 1, reason="needs two cores")
+def test_two_processes_convert_faces():
+    calls = call_apart("greedy", "shared", "")
+    assert [i for i, _ in calls] == [*range(20)]
+    assert len({process for i, process in calls if i % 2}) == 1
+    assert len({process for _, process in calls}) == 2
+    with pytest.raises(bob.InputError, match="crashed"):
+        call_apart("greedy", "shared", "crash")
+
+
 @pytest.mark.parametrize("suffix", [".stp", ".igs"])
 @pytest.mark.parametrize("content", [b"\x00solid nothing\n" * 20, b"x", b"ISO-10303-2" + b"S" * 72 + b"\n"])
 def test_other_files_are_refused_at_once(tmp_path, monkeypatch, suffix, content):

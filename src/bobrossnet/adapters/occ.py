@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from bobrossnet import _core
-from bobrossnet.adapters.apart import limit
+from bobrossnet.adapters.apart import divided, limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed, Triangles
 from bobrossnet.adapters.part import Names, Part, placed
@@ -80,6 +81,7 @@ def read_assembly(kind: str, file: str) -> Assembly:
     for label in _children(XCAFDoc_DocumentTool.ShapesLabel_s(document.Main())):
         if walk.tool.IsShape_s(label) and walk.tool.IsFree_s(label):
             walk.visit(label, np.eye(4), None, ())
+    walk.convert()
     if walk.total == 0:
         held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
         raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
@@ -105,6 +107,16 @@ def _check_parts_beside(file: Path, reader: STEPControl_Reader, visited: set[Pat
                 _check_parts_beside(part, reader_of_part, visited)
 
 
+class _Waiting(NamedTuple):
+    """A face to convert, and its place."""
+
+    face: Any
+    tolerance: float
+    body: Body
+    color: Color | None
+    number: int
+
+
 class _Walk:
     """Parts and their places, collected from a document's tree of labels."""
 
@@ -115,6 +127,7 @@ class _Walk:
         self.placed: list[Placed] = []
         self.indices: dict[str, int] = {}  # of parts, by the entries of their labels
         self.visited = self.total = 0
+        self.waiting: list[_Waiting] = []
         self.dropped: list[str] = []
         self.others = {"hidden parts": 0, "curves": 0, "points": 0}
 
@@ -142,8 +155,19 @@ class _Walk:
         else:
             self.placed.append(Placed(self.part(label), matrix, _name(label), path, color))
 
+    def convert(self) -> None:
+        """Convert the faces of all parts, which takes most of the time."""
+        calls = [partial(_faces_or_error, each.face, each.tolerance) for each in self.waiting]
+        for found, each in zip(divided(calls), self.waiting, strict=True):
+            if isinstance(found, str):
+                self.dropped.append(found)
+                continue
+            each.body.faces.extend(found)
+            each.body.colors.extend([each.color] * len(found))
+            each.body.numbers.extend([each.number] * len(found))
+
     def part(self, label: Any) -> int:
-        """Return the index of a label's part; convert it once."""
+        """Return the index of a label's part; collect its bodies once."""
         entry = TCollection_AsciiString()
         TDF_Tool.Entry_s(label, entry)
         key = entry.ToCString()
@@ -153,7 +177,7 @@ class _Walk:
         return self.indices[key]
 
     def bodies(self, label: Any) -> list[Body]:
-        """Convert a part."""
+        """Collect the solids, shells and single faces of a part."""
         shape = self.tool.GetShape_s(label)
         if shape.IsNull():
             return []
@@ -180,16 +204,14 @@ class _Walk:
         return [self.body(group, colors, size) for group in groups]
 
     def body(self, shapes: list[Any], colors: dict[int, Color | None], size: float) -> Body:
-        """Convert the faces of a solid, of a shell, or single ones."""
-        converted: list[FaceData] = []
-        of_faces: list[Color | None] = []
-        numbers: list[int] = []
-        of_triangles: list[Triangles] = []
+        """Collect the faces of a solid, of a shell, or single ones. Those with a surface wait for `convert`."""
         tolerance = RELATIVE_TOLERANCE * size
         gap = 5 * tolerance  # approximations may lie slightly farther apart
         for shape in shapes:
             stored = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1, TopAbs_ShapeEnum.TopAbs_EDGE)
             gap = max(gap, min(stored, MAX_GAP * size))
+        body = Body([], [], [], [], gap)
+        for shape in shapes:
             whole = colors.get(_key(shape))
             of_shell = {
                 _key(face): colors.get(_key(shell))
@@ -201,17 +223,10 @@ class _Walk:
                 color = colors.get(key) or of_shell.get(key) or whole
                 self.total += 1
                 if BRep_Tool.Surface_s(TopoDS.Face(face)) is None:  # OpenCascade would crash
-                    of_triangles += _triangles(TopoDS.Face(face), color)
-                    continue
-                try:
-                    faces = _faces(face, tolerance)
-                except Exception as error:  # of any type: OpenCascade has no common one
-                    self.dropped.append(f"{type(error).__name__}: {error}")
+                    body.triangles.extend(_triangles(TopoDS.Face(face), color))
                 else:
-                    converted += faces
-                    of_faces += [color] * len(faces)
-                    numbers += [self.total] * len(faces)
-        return Body(converted, of_faces, numbers, of_triangles, gap)
+                    self.waiting.append(_Waiting(face, tolerance, body, color, self.total))
+        return body
 
 
 def _children(label: Any) -> Iterator[Any]:
@@ -278,6 +293,14 @@ def _triangles(face: Any, color: Color | None) -> list[Triangles]:
 
 
 # ---- From OpenCascade's faces to NURBS -------------------------------------------------------------------
+
+
+def _faces_or_error(face: Any, tolerance: float) -> list[FaceData] | str:
+    """Return `_faces`, or the reason for none."""
+    try:
+        return _faces(face, tolerance)
+    except Exception as error:  # of any type: OpenCascade has no common one
+        return f"{type(error).__name__}: {error}"
 
 
 def _faces(face: Any, tolerance: float) -> list[FaceData]:
