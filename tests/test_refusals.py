@@ -44,6 +44,7 @@ COMMANDS = {
         "--views nonsense",
         "--views front,front,front,front,front,front,front",
         "--size 100x100",
+        "--unit furlong",
         "-o a.zzz",
         "missing.ply",
     ],

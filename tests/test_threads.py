@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import pytest
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.picture.channels import TRACED
-from bobrossnet.support.threads import Turns, lazy
+from bobrossnet.support.threads import Turns, lazy, together
 
 SIZE = (48, 64)
 
@@ -229,3 +230,47 @@ def test_a_thread_that_never_traces_pays_a_kilobyte_at_most():
     segments = [struct.unpack_from("<IIQQQQQQ", module, at + i * size) for i in range(count)]
     (thread_local,) = (segment[6] for segment in segments if segment[0] == pt_tls)
     assert thread_local <= 1024, "thread-local memory: use thread_memory<T>(), which allocates on first use"
+
+
+@pytest.fixture
+def two_threads() -> Iterator[None]:
+    count = bob.thread_count()
+    bob.set_thread_count(2)
+    yield
+    bob.set_thread_count(count)
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_two_threads_make_calls() -> None:
+    """Each call of the first thread waits for one of the second."""
+    meeting = threading.Barrier(2, timeout=30)
+
+    def call(i: int) -> tuple[int, int]:
+        meeting.wait()
+        return i, threading.get_ident()
+
+    found = together([partial(call, i) for i in range(6)])
+    assert [i for i, _ in found] == [*range(6)]
+    assert len({thread for _, thread in found}) == 2
+    bob.set_thread_count(1)
+    assert {thread for _, thread in together([lambda: (0, threading.get_ident())] * 3)} == {threading.get_ident()}
+    assert together([]) == []
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_exceptions_of_either_thread_end_both() -> None:
+    made = []
+
+    def slow(i: int) -> None:
+        time.sleep(0.2)
+        made.append(i)
+
+    def refuse() -> None:
+        raise bob.InputError("refused")
+
+    for calls in ([refuse, *(partial(slow, i) for i in range(20))], [*(partial(slow, i) for i in range(20)), refuse]):
+        made.clear()
+        with pytest.raises(bob.InputError, match="refused"):
+            together(calls)
+        time.sleep(0.5)  # the other thread ends its call
+        assert len(made) <= 1

@@ -11,6 +11,7 @@ from bobrossnet.command_line import arguments
 from bobrossnet.command_line.report import Report, add_report, plural
 from bobrossnet.picture.camera import VIEWS
 from bobrossnet.pictures.sheets import LAYOUT, check_sheet_size, check_views, laid_out
+from bobrossnet.support.units import METRES
 
 SIZE = (900, 1200)
 
@@ -33,7 +34,7 @@ def add(commands: Any) -> None:
         help=f"one to six of {', '.join(VIEWS)} (default: {','.join(LAYOUT)})",
     )
     sheet.add_argument("--title", help="first words of the bottom line (default: the file's name)")
-    sheet.add_argument("--unit", help="unit of the dimensions, such as mm (default: the file's)")
+    sheet.add_argument("--unit", choices=tuple(METRES), help="convert lengths to this unit (default: the file's)")
     sheet.add_argument("--no-edges", dest="edges", action="store_false", help="leave silhouettes and creases out")
     arguments.add_up(sheet)
     arguments.add_section(sheet, "add a view of the shapes cut open")
@@ -45,10 +46,13 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Draw the sheet, and print the dimensions."""
+    from PIL import Image, ImageDraw, ImageFont  # noqa: F401  here, while another process reads a CAD file
+
     from bobrossnet.picture.files import check_picture_path
     from bobrossnet.pictures.annotations import lengths
     from bobrossnet.support.machine import limit_memory
 
+    Image.preinit()  # imports the formats
     limit_memory()
     report = Report(options)
     if not report.to_stdout:

@@ -31,10 +31,7 @@ class Picture:
     @classmethod
     def opaque(cls, srgb: NDArray[np.uint8]) -> Picture:
         """Return the picture of sRGB values, (H, W, 3); `rgba` has exactly these."""
-        picture = cls(from_8_bit(srgb), np.ones(srgb.shape[:2], np.float32))
-        picture.rgba = np.dstack([srgb, np.full(srgb.shape[:2], 255, np.uint8)])
-        picture.rgba.flags.writeable = False
-        return picture
+        return _Opaque(srgb)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Picture, (self.color, self.alpha)
@@ -71,3 +68,24 @@ class Picture:
 
     def __repr__(self) -> str:
         return f"Picture({self.size[0]} x {self.size[1]}, {100 * float(self.alpha.mean()):.3g} % covered)"
+
+
+class _Opaque(Picture):
+    """A picture of sRGB values, decoded only if its light is asked for: files have the values themselves."""
+
+    def __init__(self, srgb: NDArray[np.uint8]) -> None:
+        rgba = np.full((*srgb.shape[:2], 4), 255, np.uint8)
+        rgba[..., :3] = srgb
+        rgba.flags.writeable = False
+        self.rgba = rgba
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _Opaque, (self.rgba[..., :3],)
+
+    @lazy
+    def color(self) -> NDArray[np.float32]:  # type: ignore[override]
+        return from_8_bit(self.rgba[..., :3])
+
+    @lazy
+    def alpha(self) -> NDArray[np.float32]:  # type: ignore[override]
+        return np.ones(self.rgba.shape[:2], np.float32)

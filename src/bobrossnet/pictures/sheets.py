@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import asin, atan2, ceil, degrees, isqrt
 
 import numpy as np
@@ -22,7 +23,8 @@ from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice, check_flag, each_of
 from bobrossnet.support.messages import counted
-from bobrossnet.support.units import factor
+from bobrossnet.support.threads import together
+from bobrossnet.support.units import check_unit, factor
 from bobrossnet.tracing.light import HEADLIGHT
 from bobrossnet.tracing.parts import Extent
 from bobrossnet.tracing.pixels import pixel_rays, tiled_pixels
@@ -98,8 +100,11 @@ class Sheet:
 
         (height, width), line, unit = self.size, self.line, self.unit
         page = Image.new("RGB", (width, height), PAPER)
-        for view in self.views:
-            page.paste(Image.fromarray(_drawn(view, edges)), (view.left, view.top))
+        *shown, known = together(
+            [*(partial(_drawn, view, edges) for view in self.views), partial(_facts, self.scene, unit)]
+        )
+        for view, drawn in zip(self.views, shown, strict=True):
+            page.paste(Image.fromarray(drawn), (view.left, view.top))
         notes, box = Annotations(ImageDraw.Draw(page), line, unit), self.scene.extent
         named = next((view for view in self.views if view.label == "isometric"), self.views[0])
         for view in self.views:
@@ -112,7 +117,7 @@ class Sheet:
             if names and view is named and (places := _named_places(view)):
                 notes.names(places, view.left + view.size[1] - line / 2, view.top + line, view.size[0] - 2 * line)
         notes.scale_bar(width - line / 2, height - 0.7 * line, self.pixels)
-        facts = [lengths(box.size, unit), *_facts(self.scene, unit)]
+        facts = [lengths(box.size, unit), *known]
         notes.title(
             (line / 2, height - line), self.scene.describe() if title is None else title, facts, width - 9 * line
         )
@@ -195,12 +200,11 @@ def laid_out(
     scene: SceneLike, views: Sequence[str], size: SizeLike, unit: str | None = None, section: SectionLike = None
 ) -> Sheet:
     """Return the sheet of some views and sections, not yet drawn; arguments as in `sheet`."""
-    scene = as_scene(scene)
+    check_unit("unit", unit)
     height, width = check_sheet_size(size)
     chosen = check_views(views)
-    if unit is not None and not isinstance(unit, str):
-        raise InputTypeError(f"unit: expected a string, got {type(unit).__name__}")
     sections = check_sections(section)
+    scene = as_scene(scene)
     if unit and scene.unit:
         own, scene = scene.unit, scene.converted(unit)
         sections = tuple(each.scaled(factor(own, unit)) for each in sections)

@@ -1,15 +1,18 @@
-"""Objects shared by threads, also in a process forked while one of them was working."""
+"""Work of two threads, and objects shared by threads, also in a process forked while one of them was working."""
 
 from __future__ import annotations
 
 import os
-from threading import Lock, RLock, get_ident
+from collections import deque
+from collections.abc import Callable, Sequence
+from threading import Lock, RLock, Thread, get_ident
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
+from bobrossnet import _core
 from bobrossnet.support.errors import InputError
 
-__all__ = ["Turns", "lazy"]
+__all__ = ["Turns", "lazy", "together"]
 
 if TYPE_CHECKING:
     from functools import cached_property as lazy  # type checkers know it as a property
@@ -83,6 +86,45 @@ class Turns:
     def forked(self) -> None:
         """In a forked process, mark the object as broken if another thread held it."""
         self._is_broken = self._is_broken or (self._lock.locked() and self._user != get_ident())
+
+
+def together(calls: Sequence[Callable[[], Any]]) -> list[Any]:
+    """Return the results of calls, in their order: this thread makes them from the first on, another from the last on.
+
+    Each uses the core's threads, but also has parts for one thread. An exception, such as Ctrl-C in this thread, ends
+    both without waiting for the other's current call.
+    """
+    waiting = deque(enumerate(calls))
+    results: list[Any] = [None] * len(waiting)
+    failures: list[Exception] = []
+
+    def work(take: Callable[[], tuple[int, Callable[[], Any]]]) -> None:
+        while True:
+            try:
+                i, call = take()
+            except IndexError:  # all are taken
+                return
+            results[i] = call()
+
+    def help_out() -> None:
+        try:
+            work(waiting.pop)
+        except Exception as error:
+            failures.append(error)
+            waiting.clear()
+
+    other = Thread(target=help_out, daemon=True)
+    if _core.thread_count() > 1:
+        other.start()
+    try:
+        work(waiting.popleft)
+    finally:
+        waiting.clear()
+    if other.ident is not None:
+        other.join()
+    if failures:
+        raise failures[0]
+    return results
 
 
 _TURNS: WeakSet[Turns] = WeakSet()
