@@ -1,5 +1,6 @@
 """Wrong arguments are refused before any file is read, and before slow libraries are imported."""
 
+import shlex
 import shutil
 import socket
 import subprocess
@@ -37,6 +38,8 @@ COMMANDS = {
         "--fov 200",
         "-o a.zzz",
         "-o missing/a.png",
+        "-o ''",
+        "-o a.webp --size 16384x16",
         "--style lines -o a.svg --background #fff,#000",
     ],
     "sheet a.ply": [
@@ -46,6 +49,8 @@ COMMANDS = {
         "--size 100x100",
         "--unit furlong",
         "-o a.zzz",
+        "-o ''",
+        "-o a.jpg --size 70000x300",
         "missing.ply",
     ],
     "measure a.ply": ["missing.ply", "--unit furlong"],
@@ -60,10 +65,14 @@ COMMANDS = {
         "--model nonsense",
         "--scheduler nonsense",
         "-o a.zzz",
+        "-o ''",
+        "--size 16x16384",
+        "--size 32769x16 -o a.avif",
+        "--size 65536x16 -o a.gif",
         "missing.ply",
     ],
-    "thumbs . -o out": [*LOOK, "--workers 0", "--elevation 91", "--sheet a.zzz"],
-    "thumbs .": ["-o a.ply"],
+    "thumbs . -o out": [*LOOK, "--workers 0", "--elevation 91", "--sheet a.zzz", "--sheet ''"],
+    "thumbs .": ["-o a.ply", "-o ''"],
     "dataset views . -o out": [*LOOK, "--views 0", "--format zzz"],
     "view a.ply --no-browser": [
         "--port 70000",
@@ -72,10 +81,12 @@ COMMANDS = {
         "--background nonsense",
         "--export missing/a.html",
         "--export a.ply",
+        "--export ''",
         "missing.ply",
     ],
-    "mesh a.ply": ["--step 0", "-o a.zzz", "missing.ply"],
+    "mesh a.ply": ["--step 0", "-o a.zzz", "-o ''", "missing.ply"],
     "pack a.bob a.ply": ["--light nonsense", "missing.ply"],
+    "pack '' a.ply": ["--up z"],
 }
 
 
@@ -100,7 +111,7 @@ def folder(tmp_path, monkeypatch):
 )
 def test_wrong_arguments_are_refused_before_files_are_read(command, wrong, folder, capsys):
     with socket.create_server(("127.0.0.1", 0)) as busy:
-        words = f"{command} {wrong}".replace("BUSY", str(busy.getsockname()[1])).split()
+        words = shlex.split(f"{command} {wrong}".replace("BUSY", str(busy.getsockname()[1])))
         assert main(words) == 2
     assert capsys.readouterr().err.startswith("bobrossnet: error: ")
     assert sorted(file.name for file in folder.iterdir()) == ["a.ply", "a.zzz"]
@@ -110,10 +121,16 @@ def test_wrong_arguments_are_refused_before_files_are_read(command, wrong, folde
     "words",
     [
         "train missing run",
+        "dataset build out --scheduler nonsense",
+        "dataset build ''",
+        "dataset build out --files missing",
+        "dataset compare missing . --markdown ''",
+        "thumbs . -o out --scheduler nonsense",
         "dataset compare missing .",
         "evaluate . --size 5x5",
         "evaluate . --models nonsense",
         "evaluate . --csv missing/scores.csv",
+        "evaluate . --csv ''",
         "evaluate . --orders nonsense",
         "evaluate missing",
         "evaluate --quick --stability",
@@ -124,16 +141,20 @@ def test_wrong_arguments_are_refused_before_files_are_read(command, wrong, folde
         "figures out --scores missing",
         "figures out --weights nonsense",
         "figures out --frames 0",
+        "figures out --only q",
+        "figures out --only ''",
+        "figures ''",
         "figures a.ply",
         "mcp missing",
+        "mcp ''",
     ],
 )
 def test_wrong_arguments_are_refused_before_slow_imports(words, folder, capsys):
     code = (
-        "import sys; sys.modules.update(dict.fromkeys(('torch', 'zarr', 'scipy', 'mcp')));"
+        "import sys; sys.modules.update(dict.fromkeys(('torch', 'zarr', 'scipy', 'mcp', 'distributed')));"
         "from bobrossnet.command_line.cli import main; sys.exit(main(sys.argv[1:]))"
     )
-    done = subprocess.run([sys.executable, "-c", code, *words.split()], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", code, *shlex.split(words)], capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("bobrossnet: error: ")
     assert done.stderr.count("\n") == 1

@@ -17,6 +17,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import Size
 from bobrossnet.support.errors import InputError, InputWarning
 from bobrossnet.support.messages import one_line
+from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.parts import HIGHLIGHT, faces_colored
 from bobrossnet.tracing.scene import Scene
@@ -76,7 +77,7 @@ def highlighted(scene: Scene, names: Sequence[str]) -> Scene:
 
 def check_folders(folders: Sequence[str | os.PathLike[str]]) -> list[Path]:
     """Return the real paths of folders; raise InputError if one of them is no folder."""
-    paths = [Path(os.path.realpath(folder)) for folder in folders]
+    paths = [Path(os.path.realpath(path_of(folder, "folder"))) for folder in folders]
     for path in paths:
         if not path.is_dir():
             raise InputError(f"{path}: expected a folder, got none")

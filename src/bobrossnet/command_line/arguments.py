@@ -19,6 +19,7 @@ from bobrossnet.picture.order import check_size
 from bobrossnet.picture.samples import grid_side
 from bobrossnet.pictures.background import BLACK, background_rows
 from bobrossnet.pictures.drawing import Edges
+from bobrossnet.support.cluster import check_address
 from bobrossnet.support.errors import InputError, brief, check_choice, check_integer, check_number
 from bobrossnet.tracing.scene import Scene
 from bobrossnet.tracing.section import Section, check_sections
@@ -270,7 +271,12 @@ def add_section(parser: argparse.ArgumentParser, told: str = "cut the shapes ope
 
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
     """Add --scheduler, the address of a cluster."""
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="render on the cluster of this Dask scheduler")
+    parser.add_argument(
+        "--scheduler",
+        type=checked("scheduler", check_address),
+        metavar="ADDRESS",
+        help="render on the cluster of this Dask scheduler",
+    )
 
 
 def add_pictures_of_folder(parser: argparse.ArgumentParser, told: str, size: tuple[int, int]) -> None:

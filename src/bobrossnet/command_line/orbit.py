@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     # All arguments are checked before the files are read.
-    out = check_film_path(options.out)
+    out = check_film_path(options.out, options.size)
     arguments.camera_of(options)
     light = check_light(options.light)
     model: NetworkLike = load_network(options.model)

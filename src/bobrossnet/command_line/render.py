@@ -150,6 +150,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.picture.exr import ENDING, openexr, write_exr
     from bobrossnet.picture.files import (
         FORMATS,
+        check_sides,
         color_to_8_bit,
         side_by_side,
         traced_on_green,
@@ -169,6 +170,8 @@ def run(options: argparse.Namespace) -> None:
         if told.to_stdout
         else check_writable(options.out, "a picture", (*FORMATS, SVG if is_lines else ENDING))
     )
+    if (kind := FORMATS.get(out.suffix.lower())) is not None:
+        check_sides(out, kind, options.size)
     is_exr = out.suffix.lower() == ENDING
     is_seen = not options.panels and not is_exr
     _settle(options, is_seen)

@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
     limit_memory()
     report = Report(options)
     if not report.to_stdout:
-        check_picture_path(options.out)
+        check_picture_path(options.out, options.size)
     scene = arguments.scene_of(options).sectioned(None)
     title = Path(options.files[0]).name if len(options.files) == 1 and options.title is None else options.title
     start = time.perf_counter()

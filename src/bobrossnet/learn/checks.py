@@ -27,6 +27,9 @@ MAX_COUNT = 2**31 - 1
 
 MAX_FRAMES = 10_000
 
+FIGURE_NAMES = ("2.1", "4.1", "4.2", "4.3", "5.1", "5.2", "6.1", "6.2", "6.3", "6.4", "stability")
+"""Figures in the report's order, by number; then further ones, by name."""
+
 
 def is_dataset(place: str | os.PathLike[str]) -> bool:
     """Return whether a folder has the index of a data set."""
@@ -50,6 +53,20 @@ def check_measured(size: SizeLike) -> Size:
     if min(height, width) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {width}x{height}")
     return height, width
+
+
+def check_figures(only: Sequence[str] | None) -> list[str]:
+    """Return the names of the requested figures, all if `only` is None, in the order of `FIGURE_NAMES`.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    for name in only or ():
+        if name not in FIGURE_NAMES:
+            raise InputError(f"only: expected some of {', '.join(FIGURE_NAMES)}, got {name!r}")
+    return [name for name in FIGURE_NAMES if only is None or name in only]
 
 
 def check_orders(orders: Sequence[str]) -> tuple[str, ...]:

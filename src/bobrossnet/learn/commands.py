@@ -17,6 +17,7 @@ from bobrossnet.learn.checks import (
     MAX_SHAPES,
     MAX_VIEWS,
     check_dataset,
+    check_figures,
     check_measured,
     check_orders,
     check_weights_path,
@@ -201,10 +202,22 @@ def add_commands(commands: Any) -> None:
         default=60,
         help="frames that measure stability (default: 60)",
     )
-    figures.add_argument("--only", metavar="NAME,…", help="figures to draw, such as 2.1,4.1 (default: all)")
+    figures.add_argument(
+        "--only",
+        type=arguments.checked("only", lambda text: check_figures(text.split(","))),
+        metavar="NAME,…",
+        help="figures to draw, such as 2.1,4.1 (default: all)",
+    )
 
 
 def _dataset_build(options: argparse.Namespace) -> None:
+    from bobrossnet.adapters.files import shape_files
+    from bobrossnet.support.atomic import check_folder
+
+    check_folder(options.folder, "folder")  # before slow imports
+    for place in options.files:
+        shape_files(place)
+
     from bobrossnet.learn.dataset.build import build
 
     dataset = build(
@@ -277,7 +290,10 @@ def _dataset_compare(options: argparse.Namespace) -> None:
 
 
 def _train(options: argparse.Namespace) -> None:
+    from bobrossnet.support.atomic import check_folder
+
     check_dataset(options.dataset)  # before slow imports
+    check_folder(options.folder, "run")
 
     from bobrossnet.learn.config import config_from_settings
     from bobrossnet.learn.dataset import Dataset
@@ -295,8 +311,9 @@ def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.support.atomic import check_writable, write_whole
     from bobrossnet.support.errors import InputError
 
-    for file in filter(None, (options.csv, options.markdown)):
-        check_writable(file)
+    for file in (options.csv, options.markdown):
+        if file is not None:
+            check_writable(file)
     if options.place is None and not options.quick:
         raise InputError("PLACE: expected a data set or a folder of shape files; --quick generates shapes")
     if options.place is None and options.stability:
@@ -378,9 +395,8 @@ def _figures(options: argparse.Namespace) -> None:
         check_file(Path(options.scores))
 
     from bobrossnet.learn.dataset import Dataset
-    from bobrossnet.learn.figures import Sources, check_names, draw_figures
+    from bobrossnet.learn.figures import Sources, draw_figures
 
-    only = check_names(options.only.split(",")) if options.only else None
     given: dict[str, Any] = {}
     if options.shape is not None:
         scene = load(options.shape)
@@ -390,4 +406,4 @@ def _figures(options: argparse.Namespace) -> None:
     if options.scores is not None:
         given["scores"] = Path(options.scores)
     sources = Sources(weights=options.weights, steps=options.steps, frames=options.frames, **given)
-    draw_figures(options.out, sources, only=only)
+    draw_figures(options.out, sources, only=options.only)

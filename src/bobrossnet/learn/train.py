@@ -45,6 +45,7 @@ from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.interrupts import interrupt
+from bobrossnet.support.paths import path_of
 from bobrossnet.support.progress import progress
 
 WEIGHTS, CHECKPOINT, CONFIG, LOG = "weights.safetensors", "checkpoint.safetensors", "config.json", "log.csv"
@@ -91,7 +92,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
     KeyboardInterrupt
         On Ctrl-C. The last checkpoint is kept.
     """
-    run = Path(run)
+    run = path_of(run, "run")
     for name in (WEIGHTS, CHECKPOINT, CONFIG, LOG):
         checkpoint.make_place(run / name)
     gpus = torch.cuda.device_count()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import Size
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError, check_array, check_finite, shape_of
 from bobrossnet.support.paths import path_of
@@ -32,6 +33,9 @@ FORMATS = {
     ".tif": "TIFF",
     ".tiff": "TIFF",
 }
+
+MAX_SIDES = {"WebP": 16383, "JPEG": 65500, "GIF": 65535, "AVIF": 32768, "MP4": 16384}
+"""Maximum width and height in pixels that a format holds, or that its usual encoders and decoders accept."""
 
 OPAQUE = {"JPEG", "BMP"}
 """Formats without transparency."""
@@ -107,9 +111,19 @@ def png(image: U8) -> bytes:
     return encoded(image, "PNG", "picture")
 
 
-def check_picture_path(path: str | os.PathLike[str]) -> Path:
+def check_picture_path(path: str | os.PathLike[str], size: Size | None = None) -> Path:
     """Return `path` if a picture can be written there; checked before any time is spent on the picture."""
-    return check_writable(path, "a picture", FORMATS)
+    path = check_writable(path, "a picture", FORMATS)
+    if size is not None:
+        check_sides(path, FORMATS[path.suffix.lower()], size)
+    return path
+
+
+def check_sides(path: Path, kind: str, size: Size) -> None:
+    """Raise InputError if a format has no pictures of a size."""
+    height, width = size
+    if max(size) > (most := MAX_SIDES.get(kind, max(size))):
+        raise InputError(f"{path}: expected at most {most:,} pixels a side in {kind}, got {width}x{height}")
 
 
 def is_opaque(path: str | os.PathLike[str]) -> bool:
@@ -143,7 +157,7 @@ def save(image: Any, path: str | os.PathLike[str]) -> None:
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     """Write (H, W), (H, W, 3) or (H, W, 4) uint8 in the format that the ending says, whole or not at all; before black
     where that has no transparency."""
-    path = check_picture_path(path)
+    path = check_picture_path(path, (image.shape[0], image.shape[1]))
     write_whole(path, encoded(image, FORMATS[path.suffix.lower()], str(path)))
 
 
@@ -156,6 +170,6 @@ def encoded(image: U8, kind: str, name: str) -> bytes:
     picture = Image.fromarray(before("black", image) if has_alpha and kind in OPAQUE else image)
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
-    except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
+    except (OSError, ValueError, KeyError) as error:  # such as a Pillow without AVIF
         raise InputError(f"{name}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
     return content.getvalue()

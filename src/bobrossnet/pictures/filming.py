@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.network import Network, NetworkLike, load_network
 from bobrossnet.picture.camera import Camera, CameraLike, as_camera, orbiting
-from bobrossnet.picture.files import before
-from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.files import before, check_sides
+from bobrossnet.picture.order import Size, SizeLike, check_size
 from bobrossnet.pictures.background import Background
 from bobrossnet.pictures.drawing import EdgesLike, check_edges
 from bobrossnet.pictures.rendered import Picture
@@ -143,7 +143,7 @@ class Film:
         InputError
             If an argument is out of range, or the file can't be written.
         """
-        file = check_film_path(path)
+        file = check_film_path(path, self.size)
         check_number("fps", fps, *FPS)
         frames: list[NDArray[np.uint8]] = []
         for picture in self:
@@ -152,7 +152,7 @@ class Film:
                 progress(len(frames) / len(self))
         try:
             content = _encoded(FORMATS[file.suffix.lower()], frames, fps)
-        except (OSError, ValueError, KeyError) as error:  # WebP's limit of 16383 pixels, or a Pillow without AVIF
+        except (OSError, ValueError, KeyError) as error:  # such as a Pillow without AVIF
             height, width = self.size
             raise InputError(f"{file}: can't write pictures of {width} x {height} pixels: {error}") from error
         write_whole(file, content)
@@ -222,9 +222,10 @@ def orbit(
     )  # fmt: skip
 
 
-def check_film_path(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a film can be written there; checked before any time is spent on the film."""
+def check_film_path(path: str | os.PathLike[str], size: Size) -> Path:
+    """Return `path` if a film of a size can be written there; checked before any time is spent on the film."""
     path = check_writable(path, "a film", FORMATS)
+    check_sides(path, FORMATS[path.suffix.lower()], size)
     if path.suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import islice
 from typing import Any
 
@@ -17,10 +19,21 @@ ANSWER_SECONDS = 10
 """Timeout of a scheduler's answer in seconds; at a wrong address, waiting would never end."""
 
 
+def check_address(scheduler: str) -> str:
+    """Return an address, [PROTOCOL://]HOST:PORT; raise InputError for other texts, before the import of Dask."""
+    if not re.fullmatch(r"(\w+://)?(\[[^]/]+\]|[^:/\s]+):\d+", scheduler):
+        raise InputError(
+            f"scheduler: expected a Dask scheduler's address, got {scheduler!r}; "
+            "it has a host and a port, as tcp://127.0.0.1:8786"
+        )
+    return scheduler
+
+
 def check_scheduler(scheduler: str) -> None:
     """Raise InputError unless a Dask scheduler answers at an address."""
     import asyncio  # takes a tenth of the time of all imports
 
+    check_address(scheduler)
     _check_dask()
     with ThreadPoolExecutor(1) as pool:  # a notebook's thread already runs a loop
         try:
@@ -31,10 +44,8 @@ def check_scheduler(scheduler: str) -> None:
 
 
 def _check_dask() -> None:
-    try:
-        import distributed  # noqa: F401
-    except ModuleNotFoundError:
-        raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
+    if find_spec("distributed") is None:  # its import takes two seconds
+        raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'")
 
 
 @contextmanager
@@ -46,6 +57,8 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     InputError
         If no scheduler answers at the address, or Dask is not installed.
     """
+    if scheduler is not None:
+        check_address(scheduler)
     _check_dask()
     from distributed import Client, LocalCluster
 

@@ -28,7 +28,9 @@ def path_of(value: Any, name: str = "path") -> Path:
     try:
         path = os.fsdecode(value)
         os.fsencode(path)
-    except (TypeError, ValueError):  # lone surrogates, or a broken path object
+        if not path:  # which would be the current folder
+            raise ValueError
+    except (TypeError, ValueError):  # an empty name, lone surrogates, or a broken path object
         raise InputError(f"{name}: expected a file name, got {value!a:.100}") from None
     if path.startswith("~") and not os.path.lexists(path):
         path = os.path.expanduser(path)

@@ -34,6 +34,7 @@ from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.atomic import replace
 from bobrossnet.support.errors import InputError
 from bobrossnet.support.messages import one_line
+from bobrossnet.support.paths import path_of
 from bobrossnet.support.threads import lazy
 
 FORMAT = "bobrossnet-dataset-1"
@@ -73,7 +74,7 @@ class Dataset:
         InputError
             If the folder has other contents, or can't be written.
         """
-        path = Path(path)
+        path = path_of(path)
         attributes = {
             "format": FORMAT,
             "seed": plan.seed,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from bobrossnet.completion.network import load_network
+from bobrossnet.learn.checks import check_figures
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence
 from bobrossnet.learn.figures.figure import Draw, Drawing, LeftOutError, Sources
@@ -19,6 +19,7 @@ from bobrossnet.learn.figures.style import figure_paths, save, style
 from bobrossnet.learn.figures.timing import draw_timing
 from bobrossnet.support.atomic import write_whole
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import path_of
 
 FIGURES: dict[str, Draw] = {
     "2.1": draw_convergence,
@@ -33,9 +34,9 @@ FIGURES: dict[str, Draw] = {
     "6.4": draw_dense,
     "stability": draw_stability,
 }
-"""Figures in the report's order, by number; then further ones, by name."""
+"""Figures by `FIGURE_NAMES`."""
 
-__all__ = ["FIGURES", "Drawing", "LeftOutError", "Sources", "check_names", "draw_figures"]
+__all__ = ["FIGURES", "Drawing", "LeftOutError", "Sources", "draw_figures"]
 
 
 def draw_figures(
@@ -52,24 +53,24 @@ def draw_figures(
     out : folder, created if missing
     sources : Sources, optional
         The data of the figures. Figures that need more data are omitted, and reported.
-    only : names in `FIGURES`, optional
+    only : names of `FIGURE_NAMES`, optional
     report : function of one line
         Called with a line about each figure.
 
     Returns
     -------
     dict
-        The captions of the written figures, by name, in the order of `FIGURES`.
+        The captions of the written figures, by name, in the order of `FIGURE_NAMES`.
 
     Raises
     ------
     InputError
         If a name is unknown, or a file can't be written or read.
     """
-    names = check_names(only)
+    names = check_figures(only)
     sources = Sources() if sources is None else sources
     load_network(sources.weights)  # report mistakes before spending time
-    out = Path(out)
+    out = path_of(out, "out")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -91,17 +92,3 @@ def draw_figures(
             captions[name] = drawing.caption
             report(f"wrote {path}.svg and .png: {drawing.caption}")
     return captions
-
-
-def check_names(only: Sequence[str] | None) -> list[str]:
-    """Return the names of the requested figures, all if `only` is None, in the order of `FIGURES`.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
-    """
-    for name in only or ():
-        if name not in FIGURES:
-            raise InputError(f"only: expected some of {', '.join(FIGURES)}, got {name!r}")
-    return [name for name in FIGURES if only is None or name in only]
