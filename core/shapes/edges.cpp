@@ -1,7 +1,9 @@
 #include "shapes/edges.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <utility>
 
@@ -16,6 +18,9 @@ constexpr double corner_degrees = 35;
 /// Shorter arcs may be anything smooth.
 constexpr double least_arc_degrees = 45;
 
+/// Least squares of fewer points would find circles in noise: three values leave one of four points to disagree.
+constexpr std::size_t least_fitted = 8;
+
 /// Straight pieces in a row that are a free curve: two are the sides of a slight bend.
 constexpr std::size_t least_free = 3;
 
@@ -29,17 +34,51 @@ bool are_on_line(std::span<const Vec3d> points, double tolerance) {
     return std::all_of(points.begin(), points.end(), [&](const Vec3d& p) { return distance_from_line(p, points.front(), points.back()) <= tolerance; });
 }
 
-/// The circle through all points, if there is one.
+/// The point at a share of a chain's length: near it, where points are far apart.
+const Vec3d& point_at(std::span<const Vec3d> points, double share) {
+    double whole = 0;
+    for (std::size_t i = 1; i < points.size(); ++i) whole += length(points[i] - points[i - 1]);
+    std::size_t i = 0;
+    for (double so_far = 0; i + 2 < points.size() && so_far < share * whole * (1 - 1e-9);) ++i, so_far += length(points[i] - points[i - 1]);
+    return points[i];
+}
+
+/// Moves a circle within its plane to the least squares of the points' distances from it.
+EdgeCircle fitted(const EdgeCircle& circle, std::span<const Vec3d> points) {
+    const Vec3d x = 1 / circle.radius * (points.front() - circle.center), y = cross(circle.axis, x);
+    std::array<std::array<double, 4>, 3> sums{};  // the normal equations
+    for (const Vec3d& p : points) {
+        const Vec3d from = p - circle.center;
+        const double far = length(from);
+        const std::array<double, 4> row{dot(from, x) / far, dot(from, y) / far, 1, far - circle.radius};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t k = 0; k < 4; ++k) sums[i][k] += row[i] * row[k];
+        }
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (!(sums[i][i] > 1e-9 * static_cast<double>(points.size()))) return circle;
+        for (std::size_t j = 0; j < 3; ++j) {
+            const double times = j == i ? 0 : sums[j][i] / sums[i][i];
+            for (std::size_t k = i; k < 4; ++k) sums[j][k] -= times * sums[i][k];
+        }
+    }
+    const auto moved = [&](std::size_t i) { return sums[i][3] / sums[i][i]; };
+    return {circle.center + moved(0) * x + moved(1) * y, circle.axis, circle.radius + moved(2)};
+}
+
+/// The circle through all points, if there is one. Its first estimate is that through three points which are far apart: neighbours, of
+/// which there may be many at one place, would multiply their errors.
 std::optional<EdgeCircle> circle_through(std::span<const Vec3d> points, const EdgeTolerance& tolerance) {
     if (points.size() < 4) return std::nullopt;
     const std::size_t last = points.size() - 1;
     const bool is_closed = length(points[last] - points[0]) <= tolerance.length;
-    const Vec3d a = points[0], ab = points[is_closed ? last / 3 : last / 2] - a, ac = points[is_closed ? 2 * last / 3 : last] - a;
+    const Vec3d a = points[0], ab = point_at(points, is_closed ? 1 / 3. : 0.5) - a, ac = (is_closed ? point_at(points, 2 / 3.) : points[last]) - a;
     const Vec3d normal = cross(ab, ac);
     const double size = length(normal);
     if (!(size > 1e-9 * dot(ac, ac))) return std::nullopt;
     const Vec3d to_center = 1 / (2 * size * size) * (dot(ac, ac) * cross(normal, ab) + dot(ab, ab) * cross(ac, normal));
-    const EdgeCircle circle{a + to_center, 1 / size * normal, length(to_center)};
+    EdgeCircle circle{a + to_center, 1 / size * normal, length(to_center)};
+    if (points.size() >= least_fitted) circle = fitted(circle, points);
     const double most = tolerance.length + tolerance.relative * circle.radius;
     const bool fits = std::all_of(points.begin(), points.end(), [&](const Vec3d& p) {
         const Vec3d from = p - circle.center;
@@ -81,13 +120,19 @@ void split(std::span<const Vec3d> chain, const EdgeTolerance& tolerance, std::ve
         }
         straight.clear();
     };
+    enum Arc : std::uint8_t { none, slight, whole };
+    const auto arc = [&](std::size_t begin, std::size_t end) {
+        const auto points = chain.subspan(begin, end - begin + 1);
+        const auto circle = circle_through(points, tolerance);
+        if (!circle) return none;
+        return chain[end] == chain[begin] || std::abs(angle_of_arc(points, *circle)) >= least_arc_degrees * degree ? whole : slight;
+    };
     for (std::size_t i = 0; i < last;) {
-        std::size_t end = i;
-        for (std::size_t j = i + 3; j <= last; ++j) {
-            const auto circle = circle_through(chain.subspan(i, j - i + 1), tolerance);
-            if (!circle) break;
-            const bool is_long = std::abs(angle_of_arc(chain.subspan(i, j - i + 1), *circle)) >= least_arc_degrees * degree;
-            if (is_long || chain[j] == chain[i]) end = j;
+        std::size_t end = arc(i, last) == whole ? last : i;  // first all the rest, since each test looks at all points
+        for (std::size_t j = i + 3; end < last && j <= last; ++j) {
+            const Arc found = arc(i, j);
+            if (found == none) break;
+            if (found == whole) end = j;
         }
         if (end > i) {
             add_straight();

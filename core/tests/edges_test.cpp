@@ -31,6 +31,22 @@ TEST(a_ring_of_short_segments_is_a_circle) {
     CHECK(std::abs(std::abs(edges[0].circle->axis[1]) - 1) < 1e-9);
 }
 
+TEST(rings_of_uneven_segments_are_circles_of_the_least_squares) {
+    // Most points lie in a twentieth of the circle, and have errors as of five digits: three of them alone err by 1e-4.
+    std::vector<Vec3d> points;
+    const auto add = [&](double angle, int i) {
+        const double r = 1 + 1e-6 * std::sin(1e3 * i);
+        points.push_back({3 + r * std::cos(angle), r * std::sin(angle), 0});
+    };
+    for (int i = 0; i < 200; ++i) add(0.3 * i / 200, i);
+    for (int i = 0; i < 13; ++i) add(0.3 + (2 * std::numbers::pi - 0.3) * i / 13, 200 + i);
+    const auto edges = edges_between(points, ring(points.size()), tolerance);
+    CHECK(edges.size() == 1 && edges[0].circle.has_value());
+    CHECK(std::abs(edges[0].circle->radius - 1) < 1e-6);
+    const Vec3d center{3, 0, 0};
+    CHECK(length(edges[0].circle->center - center) < 1e-6);
+}
+
 TEST(a_slot_has_two_lines_and_two_arcs) {
     std::vector<Vec3d> points;
     for (int i = 0; i <= 12; ++i) points.push_back({2 + std::sin(i * std::numbers::pi / 12), -std::cos(i * std::numbers::pi / 12), 0});
