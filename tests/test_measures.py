@@ -456,6 +456,34 @@ def test_picks_snap_to_corners_middles_centres_and_edges(camera):
     assert view.pick(*pixel, snap=4).snapped == "corner"
 
 
+def test_circles_of_uneven_vertices_have_their_centre():
+    """Most vertices lie in a twentieth of the circle, written with five digits."""
+    angles = np.concatenate([np.linspace(0, 0.3, 200), np.linspace(0.3, 2 * np.pi, 14)[1:-1]])
+    ring = np.round(np.column_stack([5 + np.cos(angles), np.sin(angles)]), 5)
+    count = len(ring)
+    vertices = np.concatenate([np.column_stack([ring, np.full(count, z)]) for z in (0, 1)] + [[(5, 0, 0), (5, 0, 1)]])
+    sides = [(i, (i + 1) % count) for i in range(count)]
+    walls = [t for a, b in sides for t in ((a, b, b + count), (a, b + count, a + count))]
+    flat = [t for a, b in sides for t in ((b, a, 2 * count), (a + count, b + count, 2 * count + 1))]
+    scene = bob.Scene(bob.Mesh(vertices, walls + flat))
+    found = snapped(scene, (5, 0, 1), bob.Camera(30, 50), off=(1, 2))
+    assert found.snapped == "center"
+    assert found.radius == pytest.approx(1, abs=5e-6)
+    assert found.point == pytest.approx((5, 0, 1), abs=5e-6)
+
+
+def test_ends_of_tubes_have_their_centre():
+    wire = bob.Instance(bob.polyline([(0, 0, 0), (4, 0, 0), (4, 3, 0)], 0.25)).scale(2).translate((1, 1, 1))
+    scene = bob.Scene(wire, unit="mm")
+    for end in [(1, 1, 1), (9, 7, 1)]:
+        found = snapped(scene, end, bob.Camera(300, 50), off=(1, -2))
+        assert (found.snapped, found.radius) == ("center", pytest.approx(0.5))
+        assert found.point == pytest.approx(end, abs=1e-6)
+    assert snapped(scene, (9, 1, 1), bob.Camera(300, 50)).snapped is None  # a bend is no end
+    ends = [snapped(scene, end, bob.Camera(300, 50)) for end in [(1, 1, 1), (9, 7, 1)]]
+    assert bob.measure(*ends).distance == pytest.approx(10)
+
+
 def test_hidden_and_removed_corners_attract_nothing():
     plate = plate_with_hole(24)
     wall = bob.Instance(sdf.box((0.2, 20, 20)), name="wall").translate((8, 0, 0))

@@ -278,6 +278,28 @@ NurbsCurve<4> random_curve(int degree, int count, float thick, bool rational, te
     return clamped(degree, balls, weights);
 }
 
+TEST(ends_of_tubes_have_a_centre) {
+    using bob::operator-;
+    const Tube bent(clamped(2, {{-0.5, 0, 0, 0.1}, {0, 0.5, 0, 0.2}, {0.5, 0, 0, 0.3}}));
+    const auto& ends = *bent.edges();
+    CHECK(ends.size() == 2);
+    const bob::Vec3d left{-0.5, 0, 0}, right{0.5, 0, 0};
+    CHECK(bob::length(ends[0].circle->center - left) < 1e-9 && std::abs(ends[0].circle->radius - 0.1) < 1e-9);
+    CHECK(bob::length(ends[1].circle->center - right) < 1e-9 && std::abs(ends[1].circle->radius - 0.3) < 1e-9);
+    CHECK(std::abs(ends[0].circle->axis[0] - std::sqrt(0.5)) < 1e-9 && std::abs(ends[1].circle->axis[0] + std::sqrt(0.5)) < 1e-9);
+    const Tube closed(clamped(1, {{0, 0, 0, 0.1}, {0.5, 0, 0, 0.1}, {0, 0.5, 0, 0.1}, {0, 0, 0, 0.1}}));
+    CHECK(closed.edges()->empty());
+    const Tube apart(NurbsCurve<4>{1,
+                                   {0, 0, 1, 1, 2, 2, 3, 3},
+                                   {{0, 0, 0, 0.1, 1},
+                                    {0.5, 0, 0, 0.1, 1},
+                                    {0, 0.5, 0, 0.2, 1},
+                                    {0, 0.5, 0, 0.2, 1},
+                                    {-0.5, 0, 0, 0.1, 1},
+                                    {-0.5, 0.5, 0, 0.1, 1}}});
+    CHECK(apart.edges()->size() == 5);  // the second is a ball
+}
+
 }  // namespace
 
 TEST(capsules_and_round_cones_equal_their_distance) {

@@ -28,7 +28,7 @@ struct Snap {
 };
 
 /// The nearest visible corner of an edge, middle of an edge, or centre of a visible circle; without one, the nearest visible edge. Not
-/// farther than `reach`, in pixels. Formulas, tubes and caps of sections have no edges.
+/// farther than `reach`, in pixels. Tubes have the centres of their ends; formulas and caps of sections have nothing.
 [[nodiscard]] std::optional<Snap> snap(const Scene& scene, const Camera& camera, int height, int width, float row, float column, float reach);
 
 }  // namespace bob

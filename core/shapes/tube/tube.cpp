@@ -30,6 +30,9 @@ constexpr std::size_t max_pieces = 1 << 21;
 // Bends are cut less often: a cusp remains one in pieces of any length.
 constexpr int max_bend_depth = 6;
 
+// Ends of pieces that are closer meet: the rounding of positions about 1 in size.
+constexpr double same_place = 1e-6;
+
 // Cost of visiting a node, in tests of a packet: of its boxes, and of some pieces. On helices and polylines of 200 and
 // 1,000 pieces, 1.5 and 4 are 3 to 20 % slower.
 constexpr float node_cost = 0.5f;
@@ -222,6 +225,30 @@ void Tube::starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, s
 Place Tube::place(const Hit& hit) const {
     const auto [low, high] = parameters_[hit.primitive];
     return {0, low + hit.u * (high - low), 0};
+}
+
+const std::vector<ShapeEdge>* Tube::edges() const {
+    edges_.prepare([&] {
+        std::vector<ShapeEdge> ends;
+        const auto add = [&](const double* at, const double* next) {
+            const Vec3d center{at[0], at[1], at[2]}, along = Vec3d{next[0], next[1], next[2]} - center;
+            const double size = length(along);
+            const Vec3d axis = size > 0 ? 1 / size * along : Vec3d{0, 0, 1};
+            ends.push_back({{center}, EdgeCircle{center, axis, at[3]}, false, false, false});
+        };
+        const auto are_apart = [](const double* a, const double* b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) > same_place; };
+        for (std::size_t begin = 0, end = 0; begin < pieces_.size(); begin = end) {  // curves that jump have ends there
+            for (end = begin + 1; end < pieces_.size() && !are_apart(pieces_[end - 1].ball[3], pieces_[end].ball[0]);) ++end;
+            const auto &first = pieces_[begin].ball, &last = pieces_[end - 1].ball;
+            if (are_apart(first[0], last[3])) {
+                add(first[0], first[1]), add(last[3], last[2]);
+            } else if (end == begin + 1 && !are_apart(first[0], first[1])) {  // a ball
+                add(first[0], first[1]);
+            }
+        }
+        return ends;
+    });
+    return edges_.get();
 }
 
 std::size_t Tube::bytes() const {

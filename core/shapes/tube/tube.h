@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "base/bvh.h"
+#include "base/once.h"
 #include "nurbs/nurbs.h"
+#include "shapes/edges.h"
 #include "shapes/shape.h"
 #include "shapes/tube/tube_pieces.h"
 
@@ -31,6 +33,9 @@ public:
     [[nodiscard]] bool prepare_inside() const override { return true; }
     void starts_inside(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint8_t> inside) const override;
 
+    /// The circles around the ends of the curve, across it, each with its centre as its only point: round ends have no edges.
+    [[nodiscard]] const std::vector<ShapeEdge>* edges() const override;
+
     /// u is the parameter of the ball that was hit, v is 0.
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::size_t bytes() const override;
@@ -53,6 +58,7 @@ private:
     std::vector<TubePiece> pieces_;
     std::vector<Parameters> parameters_;  // of the pieces, on the curve
     std::vector<BvhNode> nodes_, packets_;
+    mutable Once<std::vector<ShapeEdge>> edges_;
 };
 
 }  // namespace bob

@@ -68,9 +68,9 @@ def pick(
     camera, size
         As of the picture.
     snap : float
-        Pixels within which the point snaps to a visible corner, the middle of an edge, the centre of a circular edge,
-        or else to the nearest edge. Edges are borders of NURBS faces, and creases and open borders of meshes; formulas,
-        tubes and caps of sections have none. The face is one next to the edge.
+        Pixels within which the point snaps to a visible corner, the middle of an edge, the centre of a circular edge
+        or of a tube's round end, or else to the nearest edge. Edges are borders of NURBS faces, and creases and open
+        borders of meshes; formulas and caps of sections have none. The face is one next to the edge.
 
     Raises
     ------
