@@ -372,6 +372,7 @@ def test_the_command_line_measures(tmp_path, capsys):
     assert cli.main(["info", str(tmp_path / "a.bob"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [part["path"] for part in told["parts"]] == [["lower"], ["upper"]]
+    assert [part["name"] for part in told["parts"]] == ["lower", "upper"]  # as measure and describe name them
     assert told["unit"] == "in"
 
 

@@ -57,7 +57,7 @@ def test_warnings_are_in_the_object_and_on_stderr(tmp_path):
 def test_info_tells_bounds_and_materials(part):
     told = json.loads(run("info", part, "--json").stdout)
     (instance,) = told["instances"]
-    assert told["kind"] == "scene"
+    assert (told["kind"], instance["kind"]) == ("scene", "mesh")
     assert np.allclose(instance["bounds"], [(0, 0, 0), (1, 1, 1)])
     assert instance["material"]["color"] == [1, 1, 1]
     assert told["center"] == [0.5, 0.5, 0.5]

@@ -30,13 +30,15 @@ from bobrossnet.measuring.picking import Pick
 from bobrossnet.measuring.volumes import closed_volume
 from bobrossnet.picture.camera import VIEWS, Camera
 from bobrossnet.picture.files import before, png, sheet
-from bobrossnet.picture.order import check_size
+from bobrossnet.picture.order import Size, check_size
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendering import render
-from bobrossnet.pictures.sheets import LAYOUT, laid_out
+from bobrossnet.pictures.sheets import LAYOUT, check_views, laid_out
 from bobrossnet.shapes.mesh import check_mesh_path
 from bobrossnet.support.errors import InputError, check_choice
+from bobrossnet.support.units import check_unit
 from bobrossnet.tracing.scene import Scene
+from bobrossnet.tracing.section import check_sections
 
 INSTRUCTIONS = """Exact pictures and measures of 3D shapes: STEP, IGES, 3dm, STL, PLY, OBJ, glTF, 3MF and others, or the
 text of a script in the modelling language (sphere(1) & box(1.5), as in fogleman/sdf). Give `file`, a path below the
@@ -92,18 +94,19 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         each of them adds a view of the cut. Lengths of a sheet are converted to the unit. Highlight parts by the names
         that describe lists, and faces by the names that pick returns. Pixels of the picture can be picked and
         measured."""
+        height, width = _check_size(size)  # all are checked before the file is read
+        check_views(views)
+        check_unit("unit", unit or None)
+        check_sections(section)
         plain, _ = space.scene(file, script, up)
         scene = highlighted(plain, highlight)
-        height, width = check_size(size)
-        if max(height, width) > MAX_SIDE:
-            raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
         if len(views) != 1:
             drawn = laid_out(scene, views, (height, width), unit or None, section)
             of_pick = laid_out(plain, views, (height, width), unit or None, section) if highlight else drawn
             seen = [LookedAt(view.scene, view.camera, view.left, view.top, view.size) for view in of_pick.views]
             picture = drawn.drawn(file or "script", edges)
         else:
-            camera = Camera.named(check_choice("views", views[0], tuple(VIEWS)))
+            camera = Camera.named(views[0])
             camera = fitted(plain, camera, size=(height, width))
             scene, plain = (each.sectioned(section or None) for each in (scene, plain))
             picture = render(scene, camera, size=(height, width), background="#ffffff", edges=edges)
@@ -159,13 +162,11 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         """Draw a file and another, or a script, side by side with one camera, and next to them their differences: red
         where only the first has a surface, blue where only the second, orange where depths differ. Also tells how
         silhouettes and depths differ from all sides."""
+        named = Camera.named(check_choice("view", view, tuple(VIEWS)))
+        height, width = _check_size(size)
         one, other = space.scene(first, None)[0], space.scene(second, script)[0]
         if one.unit and other.unit:
             other = other.converted(one.unit)
-        named = Camera.named(check_choice("view", view, tuple(VIEWS)))
-        height, width = check_size(size)
-        if max(height, width) > MAX_SIDE:
-            raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
         third, both = (height, max(width // 3, 1)), Scene([one, other])
         camera = fitted(both, named, size=third)
         drawn = [
@@ -178,8 +179,8 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
     @tool
     def mesh(out: str, file: str | None = None, script: str | None = None, step: float | None = None) -> dict[str, Any]:
         """Write a shape as triangles, .stl, .ply, .obj or .glb, below the allowed folders; `step` is their side."""
-        scene, warnings = space.scene(file, script)
         path = check_mesh_path(space.path(out))
+        scene, warnings = space.scene(file, script)
         triangles = scene.mesh(step)
         triangles.save(path)
         return {
@@ -190,6 +191,13 @@ def server(folders: Sequence[str | os.PathLike[str]]) -> MCPServer:
         }
 
     return made
+
+
+def _check_size(size: str) -> Size:
+    height, width = check_size(size)
+    if max(height, width) > MAX_SIDE:
+        raise InputError(f"size: expected at most {MAX_SIDE} pixels a side, got {width}x{height}")
+    return height, width
 
 
 def _last(space: Workspace) -> Look:

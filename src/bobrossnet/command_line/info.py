@@ -107,7 +107,7 @@ def _scene(report: Report, file: str) -> None:
         instances.append(
             {
                 "name": instance.name,
-                "shape": instance.shape.kind,
+                "kind": instance.shape.kind,
                 **plural(instance.shape.counts()),
                 "bounds": [[*low], [*high]],
                 "material": {field: getattr(instance.material, field) for field in MATERIAL},
@@ -122,7 +122,13 @@ def _scene(report: Report, file: str) -> None:
         "seems_to_lie": lies,
         "unit": scene.unit,
         "parts": [
-            {"number": part.number, "path": part.path, "instances": part.instances, "color": part.color}
+            {
+                "name": str(part),
+                "number": part.number,
+                "path": part.path,
+                "instances": part.instances,
+                "color": part.color,
+            }
             for part in parts
         ],
         "instances": instances,
