@@ -19,10 +19,15 @@ struct StridedPlane {
     [[nodiscard]] float operator()(int row, int column) const { return first[row * down + column * right]; }
 };
 
+/// The one table of the core.
+inline const SrgbBytes& srgb_bytes() {
+    static const SrgbBytes table;
+    return table;
+}
+
 /// Linear light as a byte of sRGB; values beyond 0..1 are clamped, and NaN is 0.
 inline std::uint8_t displayed(float linear) {
-    static const SrgbBytes srgb_byte;
-    return srgb_byte(linear > 0 ? std::min(linear, 1.f) : 0.f);
+    return srgb_bytes()(linear > 0 ? std::min(linear, 1.f) : 0.f);
 }
 
 /// Writes sRGB with straight alpha, (height, width, 4): of linear RGB times coverage, and coverage. What is not covered is 0.

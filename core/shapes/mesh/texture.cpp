@@ -6,6 +6,7 @@
 
 #include "base/color.h"
 #include "base/parallel.h"
+#include "picture/displayed.h"
 
 namespace bob {
 namespace {
@@ -57,7 +58,7 @@ float near_picture(float place, Wrap wrap) {
 Picture::Picture(std::span<const std::uint8_t> texels, int height, int width, std::span<const std::uint8_t> alpha,
                  std::shared_ptr<const void> owner)
     : owner_(std::move(owner)), least_alpha_(alpha.empty() ? 1 : static_cast<float>(*std::min_element(alpha.begin(), alpha.end())) / 255) {
-    static const SrgbBytes srgb_byte;
+    const SrgbBytes& srgb_byte = srgb_bytes();
     const std::array<float, 256>& light = linear();
     std::size_t smaller = 0;
     for (int rows = height, columns = width; rows > 1 || columns > 1;) {
