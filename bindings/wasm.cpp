@@ -325,6 +325,8 @@ void planner_completed(bob::FramePlanner* planner, bob::Completion completion, d
 EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
     planner->reprojected(pixels, seconds);
 }
+/// The divisor of a moving picture's height and width, of `pixels` at 1.
+EXPORT(frame_scale) double frame_scale(bob::FramePlanner* planner, double pixels, double seconds) { return planner->scale(pixels, seconds); }
 /// Sets the size of the pictures. before: the camera of the last picture, or null if nothing can be reprojected.
 EXPORT(plan_frame)
 bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,

@@ -207,6 +207,25 @@ def test_moving_pictures_are_lit(shown):
     assert max(light, alpha) < 4
 
 
+@pytest.mark.parametrize("light", ["headlight", "studio"])
+def test_moving_pictures_are_as_small_as_their_time_demands(shown, light):
+    page = shown(f'src="two.bob" light="{light}"')
+    before = settled(page)
+    page.evaluate(f"""async () => {{
+      {VIEW}.viewing.schedule.budget = 0.01;
+      {VIEW}.viewing.refine(false);
+      for (const azimuth of [34, 32, 30]) {{
+        pictures.length = 0;
+        {VIEW}.camera = {{ azimuth }};
+        await new Promise((shown) => {VIEW}.addEventListener("progress", shown, {{ once: true }}));
+      }}
+    }}""")
+    (moving,) = page.evaluate("() => pictures")
+    assert WIDTH / 8 <= moving["width"] <= WIDTH / 2
+    page.evaluate(f"() => {VIEW}.viewing.refine(true)")
+    np.testing.assert_array_equal(settled(page), before)
+
+
 def test_without_light_the_picture_has_the_same_bits(shown):
     page = shown(f'src="two.bob" {LITTLE}')
     headlight = settled(page)

@@ -1495,23 +1495,29 @@ async (address) => {
   const schedule = new Schedule({ azimuth: 0 }, true), batches = [];
   schedule.refines = false;
   schedule.show({ threads: 2, trace: (batch) => batches.push(batch), cancel() {} });
-  for (const pixelMs of [5e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 1e-4, 1e-4, 1e-4]) { // to complete a pixel
-    const batch = batches.at(-1), { height, width } = batch, total = pixelMs * height * width;
-    schedule.traced({ batch, rays: 1000, milliseconds: 20, left: height * width - 1000, cancelled: false });
-    schedule.completed({ batch, traced: 1000, total, model: pixelMs > 3e-4 ? "small" : "filling" });
+  const traced = () => {
+    const batch = { ...batches.at(-1), height: 240, width: 320, scale: 2 };
+    schedule.traced({ batch, rays: 1000, milliseconds: 20, left: 75800, cancelled: false });
+    schedule.completed({ batch, traced: 1000, total: 10, model: "filling" });
+  };
+  for (let i = 0; i < 3; ++i) {
+    traced();
     schedule.change({ camera: { azimuth: batches.length } });
   }
-  return batches.map(({ parts, height, milliseconds, completed }) => [parts, height, milliseconds, completed.length]);
+  const moving = batches.length;
+  traced();
+  schedule.refines = true;
+  while (batches.length === moving) await new Promise((done) => { schedule.next(); setTimeout(done, 5); });
+  return batches.map((batch) => [batch.parts, batch.height, batch.scale, batch.milliseconds, batch.completed]);
 }"""
 
 
-def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
-    """In 33 ms each; 640x480 pixels take 31 or 61 ms. The median of the last pictures counts, not of another network's
-    before. All threads trace the first picture, and one completes it.
-    """
-    batches = page.tab.evaluate(SCHEDULED, viewer.url)
-    parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
-    assert parts == [2] + 9 * [1]
-    assert heights == [480, 192, 384, 384, 384, 320, 320, 320, 320, 384]
+def test_moving_pictures_leave_their_size_to_the_tracer(page, viewer):
+    """In 33 ms each. All threads trace the first picture, and one completes it. At rest, the page decides the size."""
+    *moving, (_, height, scale, _, _) = page.tab.evaluate(SCHEDULED, viewer.url)
+    parts, heights, scales, milliseconds, completed = map(list, zip(*moving, strict=True))
+    assert parts == [2, 1, 1, 1]
+    assert (set(heights), set(scales)) == ({480}, {None})
     assert all(each == pytest.approx(0.8 * 33) for each in milliseconds)
-    assert completed == [0] + 9 * [1]
+    assert completed == [[], *3 * [[{"model": "filling", "pixels": 320 * 240, "milliseconds": 10}]]]
+    assert (height, scale) == (480, 1)

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 #include "frame/pace.h"
@@ -12,6 +11,9 @@ namespace bob {
 /// It has no clock: hosts report their measurements, in any unit of time.
 class LightPace {
 public:
+    /// first: assumed time for a pixel's first hit and its completing, before the first measurement. With 0, the first frame has scale 1.
+    explicit LightPace(double first = 0, double max_scale = 3) : first_(first), scale_(max_scale) {}
+
     /// Minimum share of the pixels: with 0, a budget below the time for completing would trace none. SSIM of a first picture of 5
     /// scenes is .9156 with .0025, .9246 with .005 and .9408 with .01.
     static constexpr double min_share = 0.005;
@@ -22,14 +24,9 @@ public:
         return static_cast<std::size_t>(std::min(all, std::max(min_share * all, in_time)));
     }
     /// The divisor of a moving frame's height and width, of `total` pixels at 1: first hits and completing take at most `surfaces` of the
-    /// time. Before the first measurement, 1.
+    /// time.
     double scale(std::size_t total, double time) {
-        const auto fits = [&](double scale) {
-            const double limit = (scale < scale_ ? growing : 1) * surfaces * time;
-            return for_surface_ * static_cast<double>(total) <= limit * scale * scale;
-        };
-        const auto found = std::ranges::find_if(scales, fits);
-        return scale_ = found == scales.end() ? scales.back() : *found;
+        return scale_.next(static_cast<double>(total), for_surface_ > 0 ? for_surface_ : first_, surfaces * time);
     }
     /// The time for first hits and completing of a frame of `pixels`.
     void shown(std::size_t pixels, double time) {
@@ -50,12 +47,11 @@ private:
     /// only the last frame counts.
     static constexpr double fade = FrameConstants{}.fade;
     static constexpr double surfaces = 0.7;  // share of a frame's time; the rest is for paths
-    static constexpr double growing = 0.8;   // of that time, for a larger frame than the last: else two sizes would alternate
-    static constexpr std::array scales{1., 1.25, 1.5, 2., 2.5, 3.};
 
     double pixels_ = 0, time_ = 0;  // decaying sums: few pixels, whose call costs more than their paths, count little
     double completing_ = 0;
-    double for_surface_ = 0, scale_ = 1;
+    double first_, for_surface_ = 0;
+    MovingScale scale_;
 };
 
 }  // namespace bob

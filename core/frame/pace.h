@@ -93,4 +93,25 @@ private:
     Trust trust_;
 };
 
+/// The size of moving pictures, in any unit of time.
+class MovingScale {
+public:
+    static constexpr std::array scales{1., 1.25, 1.5, 2., 2.5, 3., 4., 5., 6., 8.};
+
+    explicit MovingScale(double max) : max_(max) {}
+
+    /// The minimum divisor of the height and width such that `total` pixels at 1, for `time_per_pixel` each, take at most `time`; `max` if
+    /// none does.
+    double next(double total, double time_per_pixel, double time) {
+        const auto fits = [&](double scale) { return total * time_per_pixel <= (scale < last_ ? growing : 1) * time * scale * scale; };
+        const auto found = std::ranges::find_if(scales, fits);
+        return last_ = found == scales.end() ? max_ : std::min(*found, max_);
+    }
+
+private:
+    static constexpr double growing = 0.8;  // share of the time for a larger picture than the last: else two sizes would alternate
+
+    double last_ = 1, max_;
+};
+
 }  // namespace bob

@@ -94,12 +94,17 @@ double FramePlanner::rate(Mode mode) const {
     return constants_.untried * known;
 }
 
-double FramePlanner::for_completing(Completion completion) const {
+double FramePlanner::completing_pixel(Completion completion) const {
     const Once& measured = completing_[index(completion)];
-    if (measured.is_known()) return measured.seconds() * pixels_;
+    if (measured.is_known()) return measured.seconds();
     double slowest = 0;
     for (std::size_t i = 0; i < completing_.size(); ++i) slowest = std::max(slowest, completing_[i].seconds() / relative_times[i]);
-    return slowest * relative_times[index(completion)] * pixels_;
+    return slowest * relative_times[index(completion)];
+}
+
+double FramePlanner::scale(double pixels, double seconds) {
+    const double measured = completing_pixel(fastest());
+    return scale_.next(pixels, measured > 0 ? measured : first_completing, seconds);
 }
 
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
@@ -109,9 +114,8 @@ double FramePlanner::for_tracing(Mode mode, Completion completion, double second
 }
 
 Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {
-    const auto quickest = static_cast<Completion>(std::ranges::find(is_there_, true) - is_there_.begin());
-    if (mode == Mode::whole || mode == Mode::squares) return quickest;
-    Completion best = quickest;
+    Completion best = fastest();
+    if (mode == Mode::whole || mode == Mode::squares) return best;
     double min_error = infinite;
     for (const Completion each : {Completion::filling, Completion::small, Completion::standard}) {
         if (!is_there_[index(each)]) continue;

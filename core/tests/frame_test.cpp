@@ -195,6 +195,20 @@ TEST(completions_that_are_too_slow_give_way) {
     CHECK(beside.for_tracing(Mode::adaptive, Completion::filling, 0.033) == 0.033);
 }
 
+TEST(moving_pictures_are_as_small_as_completing_demands) {
+    FramePlanner planner = planner_of();
+    CHECK(planner.scale(pixels, 0.033) == 1);  // nothing is measured, and 10 ns a pixel assumed
+    CHECK(planner.scale(100 * pixels, 0.033) == 4);
+    CHECK(planner.scale(pixels, 1e-6) == 8);
+    planner.completed(Completion::small, pixels, 0.17);  // the filling takes .6 of it
+    CHECK(planner.scale(pixels, 0.033) == 2);
+    planner.completed(Completion::filling, pixels, 0.04);
+    CHECK(planner.scale(pixels, 0.033) == 1.25);
+    planner.completed(Completion::filling, pixels, 0.03);  // of two medians the lower one
+    CHECK(planner.scale(pixels, 0.033) == 1.25);           // a fifth must be left before it grows
+    CHECK(planner.scale(pixels, 0.038) == 1);
+}
+
 TEST(calls_grow_step_by_step_to_what_there_is_time_for) {
     bob::Pace pace;
     CHECK(pace.pixels_in(1) == 32);

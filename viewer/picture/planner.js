@@ -48,6 +48,11 @@ export class FramePlanner {
     this.#core.call("planner_reprojected", this.#handle, pixels, milliseconds / 1000);
   }
 
+  /** The divisor of a moving picture's height and width. @param {number} pixels at 1 @param {number} milliseconds */
+  scale(pixels, milliseconds) {
+    return this.#core.call("frame_scale", this.#handle, pixels, milliseconds / 1000);
+  }
+
   /**
    * Chooses the mode of a picture, and sets the size for the other methods.
    *

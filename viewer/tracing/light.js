@@ -54,6 +54,16 @@ export class Light {
     return this.#scene.core;
   }
 
+  /** Forgets all pictures, for the scene as it is now; measurements stay. */
+  renew() {
+    this.#core.made("renew_light", this.#handle, this.#scene.handle);
+  }
+
+  /** The divisor of a moving picture's height and width. @param {number} pixels at 1 @param {number} milliseconds */
+  scale(pixels, milliseconds) {
+    return this.#core.call("light_scale", this.#handle, pixels, milliseconds);
+  }
+
   /** Turns to a camera: finds all first hits, and reprojects earlier light. @param {Camera} camera @param {Size} size */
   move(camera, { height, width }) {
     this.#core.made("move_light", this.#handle, cameraValues(camera), height, width);
@@ -74,9 +84,9 @@ export class Light {
     this.#core.call("light_traced", this.#handle, pixels, milliseconds);
   }
 
-  /** Reports the time for completing a picture. @param {number} milliseconds */
-  completed(milliseconds) {
-    this.#core.call("light_completed", this.#handle, milliseconds);
+  /** Reports the time for completing a picture. @param {number} hits milliseconds for its first hits @param {number} milliseconds */
+  completed(hits, milliseconds) {
+    this.#core.call("light_completed", this.#handle, hits, milliseconds);
   }
 
   /** Milliseconds for a pixel's paths; 0 before the first. */

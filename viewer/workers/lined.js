@@ -7,7 +7,7 @@ export const BAND = 64;
 /** Share of a moving picture's time for its lines. */
 export const LINES_SHARE = 0.4;
 
-/** The same under lights, where first hits and completing take half of the time. */
+/** The same under lights, where first hits and completing take most of the time. */
 export const LIT_LINES_SHARE = 0.2;
 
 const STEPS = [1, 2, 3, 4, 6, 8]; // pixels between first hits of coarse lines

@@ -57,6 +57,12 @@ export class SceneLight {
     return /** @type {Light} */ (this.#light);
   }
 
+  /** The divisor of a moving picture's height and width. @param {Batch} batch @returns {number} */
+  scale({ lights, height, width, milliseconds, thickness }) {
+    const time = (thickness > 0 ? 1 - LIT_LINES_SHARE : 1) * milliseconds;
+    return this.#of(/** @type {Choice} */ (lights)).scale(height * width, time);
+  }
+
   /** Traces another tracer's slice. @param {Paths} slice @returns {Float32Array} */
   trace({ lights, wanted, paths, seed, camera, size }) {
     return this.#of(lights).trace(wanted, paths, seed, camera, size);
@@ -105,7 +111,7 @@ export class SceneLight {
         light.complete(side > 1, planes);
         const { left } = light; // the picture tells which pixels wait for more
         const mask = light.mask(size), done = performance.now();
-        light.completed(done - completing);
+        light.completed(hits, done - completing);
         this.isDone = rests && left === 0;
         if (rests) this.#lined = batch.view;
         const milliseconds = hits + done - completing;
@@ -114,6 +120,12 @@ export class SceneLight {
         return { message, transfer: [planes, mask, covered].flatMap((array) => (array ? [array.buffer] : [])) };
       },
     };
+  }
+
+  /** Forgets all pictures. */
+  forget() {
+    this.#light?.renew();
+    this.#view = this.#lined = -1;
   }
 
   /** Frees all but the scene. */

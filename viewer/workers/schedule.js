@@ -4,33 +4,25 @@
  * pixels are traced and lines drawn, then edges are smoothed, in few large steps: steps cost time. If all pixels take long, the picture
  * is refined before.
  *
- * Under lights, the tracers complete pictures themselves. Moving ones are so small that first hits and completing take
- * two thirds of their time; at rest, all pixels get light paths, and the picture is completed again after each step.
+ * Under lights, the tracers complete pictures themselves. At rest, all pixels get light paths, and the picture is
+ * completed again after each step.
  *
- * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. If
- * completing alone takes longer than the budget, moving pictures are smaller.
+ * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. The leading
+ * tracer makes moving pictures as small as their time demands (core/frame/pace.h).
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("./tracer.js").Phase} Phase
  */
 import { WHOLE } from "../tracing/cutaway.js";
-import { LIT_LINES_SHARE } from "./lined.js";
 
 const REST_MS = 40; // without a change, before a view is refined: sooner, further movement would often have to cancel it
 const STEPS_MS = [250, 1000]; // tracing between two pictures at rest: the first, and the longest
 const SHARE_REFINED = 0.1; // of the time for all pixels, for refining before
 const LONG_MS = 800; // for all pixels: only then a picture is refined before
 const SHARE = 0.8; // share of a picture's time for tracing: with more, the page and messages make all pictures late
-const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8]; // divisors of the size of moving pictures
-const SMALLER = 0.8; // a picture grows only below this share of the budget: else two sizes would alternate
-const PIXEL_MS = 1e-5; // to complete a pixel, before the first measurement
-const LIT_PIXEL_MS = 7e-4; // the same under lights, with the pixel's first hit
 const LIT_TIMES = 2; // times the budget, of a moving picture under lights
-const LIT_SHARE = 0.7; // of that time, for first hits and completing: the rest is for paths
 const LIT_STEPS = { longest: 8000, share: 4 }; // milliseconds of a step at rest under lights; times completing, at least
-const THINNEST = 0.5; // pixels, of lines: thinner ones, in moving pictures of less than a third of the size, are too faint
-const RECENT = 5; // pictures: older ones say little about the scene, the load and the place
 const MOST_REFINED = 2 ** 21; // pixels of pictures that are completed: beyond, only traced pixels need memory
 
 /** Numbers of the newest batch and view of the page, whose elements share workers: these drop older ones. */
@@ -56,8 +48,6 @@ export class Schedule {
   #pool;
   /** Whether a picture of the scene was traced. */
   #isKnown = false;
-  /** Networks of the last completed pictures, and milliseconds to complete and paint a pixel. @type {{model: string, ms: number}[]} */
-  #recent = [];
   /** Completing times since the last batch. @type {import("./tracer.js").Completed[]} */
   #completed = [];
   /** @type {Camera} */
@@ -68,16 +58,14 @@ export class Schedule {
   #scales;
   /** Azimuth of the camera that the lights are set up for: the first one of a scene. @type {number | null} */
   #azimuth = null;
-  #scale = 1; // of the view
-  #movingScale = 1;
+  /** Of the view; null until time has decided. @type {number | null} */
+  #scale = 1;
   #stale = true; // whether the view has another camera, size or scene than requested
   #changedAt = -Infinity;
 
   #before = 0; // newest view of the page when the workers got the scene
   #previous = 0; // newest batch of the page when the scene came
   #view = 0;
-  /** @type {Size} of the view */
-  #viewSize = this.#size;
   #left = 0; // pixels left in the phase
   /** @type {Phase} of the view */
   #phase = "some";
@@ -163,6 +151,7 @@ export class Schedule {
     if (!cancelled) {
       this.#isKnown = true;
       if (batch.id > this.#shown) this.#waiting.push(batch.id);
+      this.#scale = batch.scale;
       this.#left = left;
       this.raysPerSecond = 1000 * rays / milliseconds;
       if (batch.phase === "rows") {
@@ -183,9 +172,6 @@ export class Schedule {
     const pixels = batch.height * batch.width;
     this.#completing = total;
     if (batch.phase === "some" && traced < pixels) this.#completed.push({ model, pixels, milliseconds: total });
-    if (batch.phase === "light" ? !batch.rests : batch.phase === "some" && traced < pixels) {
-      this.#recent = [{ model, ms: total / pixels }, ...this.#recent].slice(0, RECENT);
-    }
     this.#shown = batch.id;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     if (!this.isShared) this.next();
@@ -197,7 +183,6 @@ export class Schedule {
   /** Sets the lights up for the current camera: the scene or they are new. */
   relight() {
     this.#azimuth = null;
-    this.#recent = [];
   }
 
   /** Whether a picture is of the current scene. @param {import("./completing.js").Picture} picture */
@@ -212,8 +197,7 @@ export class Schedule {
     if (ready === 0 || this.#tracing || this.#waiting.length > (this.isShared && this.#step === 0 ? 0 : 1)) return;
     if (this.#stale) {
       this.#stale = false;
-      if (this.#scales) this.#movingScale = this.#chooseScale();
-      this.#begin(this.#movingScale, this.isLit ? "light" : "some");
+      this.#begin(this.#scales ? null : 1, this.isLit ? "light" : "some");
       this.#step = this.#spent = 0;
       // One core completes the previous picture meanwhile, except during a scene's first, and under lights.
       this.#trace((this.isLit ? LIT_TIMES : SHARE) * this.budget, Math.max(1, this.#isKnown && !this.isLit ? ready - 1 : ready));
@@ -275,28 +259,12 @@ export class Schedule {
     return Math.max(1, Math.sqrt(height * width / MOST_REFINED));
   }
 
-  /** The minimum scale of pictures that a network completes within the budget; they grow only if that is certain. */
-  #chooseScale() {
-    const medians = Array.from(new Set(this.#recent.map(({ model }) => model)), (name) => {
-      const times = this.#recent.filter(({ model }) => model === name).map(({ ms }) => ms).sort((a, b) => a - b);
-      return times[times.length >> 1];
-    });
-    const { height, width } = this.#size, fastest = medians.length > 0 ? Math.min(...medians) : this.isLit ? LIT_PIXEL_MS : PIXEL_MS;
-    const share = LIT_SHARE - (this.thickness > 0 ? LIT_LINES_SHARE : 0), budget = (this.isLit ? share * LIT_TIMES : 1) * this.budget;
-    return SCALES.find((scale) => {
-      const completing = fastest * height * width / scale ** 2;
-      return completing < (scale < this.#movingScale ? SMALLER : 1) * budget;
-    }) ?? SCALES[SCALES.length - 1];
-  }
-
-  /** A new view. @param {number} scale @param {Phase} phase */
+  /** A new view. @param {number | null} scale @param {Phase} phase */
   #begin(scale, phase) {
-    const { height, width } = this.#size;
     this.#view = ++newest.view;
     this.#scale = scale;
     this.#phase = phase;
-    this.#viewSize = { height: Math.max(1, Math.round(height / scale)), width: Math.max(1, Math.round(width / scale)) };
-    this.#left = this.#viewSize.height * this.#viewSize.width;
+    this.#left = Infinity;
   }
 
   /** @param {number} milliseconds for tracing @param {number} parts threads */
@@ -305,9 +273,8 @@ export class Schedule {
     const completed = this.#completed.splice(0);
     const lights = this.isLit ? { isOwn: this.lights === "own", azimuth: this.#azimuth ??= this.#camera.azimuth } : null;
     this.#pool?.trace({
-      id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#viewSize, side: this.side, milliseconds, completed,
-      lights, rests: this.#step > 0,
-      cutaway: this.#cutaway, thickness: this.thickness && Math.max(this.thickness / this.#scale, THINNEST),
+      id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#size, scale: this.#scale, side: this.side, milliseconds,
+      budget: this.budget, completed, lights, rests: this.#step > 0, cutaway: this.#cutaway, thickness: this.thickness,
     });
   }
 }

@@ -15,13 +15,14 @@
  * @typedef {"some" | "rows" | "edges" | "light"} Phase some: pixels in an order, which a network completes; rows: all
  *   pixels and lines, row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
  * @typedef {{
- *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, side: number,
- *   milliseconds: number, completed: Completed[], lights: import("../tracing/light.js").Choice | null, rests: boolean,
+ *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, scale: number | null,
+ *   side: number, milliseconds: number, budget: number, completed: Completed[], lights: import("../tracing/light.js").Choice | null, rests: boolean,
  *   cutaway: import("../tracing/cutaway.js").Cutaway, thickness: number
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
- *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing times since the last batch;
- *   `lights`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels
+ *   one picture. `side`: of the grid of rays in a pixel at edges; `budget`: milliseconds for completing; `completed`: completing
+ *   times since the last batch; `lights`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels.
+ *   The page asks for the picture at rest, whose size the leading tracer divides by `scale`; null: by as much as its time demands
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  * @typedef {"probe" | "pick" | "snap" | "about" | "measure"} Question a method of Scene, with its values
  *
@@ -87,6 +88,7 @@ const LONG_SLICE_MS = 30; // at rest: fewer slices take less time, but movement 
 const LARGEST_SLICE = 2 ** 18; // pixels, at rest
 const TILE = 8; // rows that are fast together
 const LEAST = 32; // minimum pixels of a slice
+const THINNEST = 0.5; // pixels, of lines: thinner ones, in moving pictures of less than a third of the size, are too faint
 const AHEAD = 2; // slices queued at another tracer, so that it need not wait while this one traces
 
 /** Number of threads of its core. */
@@ -143,7 +145,7 @@ const kept = new Map();
 /** Goes on with an element. @param {number} next */
 function turnTo(next) {
   if (next === element) return;
-  if (light?.isDone) light.free(); // pictures at rest need no more of it, and it is large
+  if (light?.isDone) light.forget(); // pictures at rest need no more of it, and it is large
   kept.set(element, { scene, edition, view, resting, restingMs, history, planner, light });
   element = next;
   const own = kept.get(next) ?? NOTHING;
@@ -195,8 +197,9 @@ async function open(request) {
   try {
     useThreads(core, threads);
     const built = buildScene(core, request.scene);
-    forgetViews();
+    light?.free();
     light = undefined;
+    forgetViews();
     scene?.free();
     scene = built;
     edition = request.edition;
@@ -229,7 +232,7 @@ function cancel() {
 function forgetViews() {
   view?.sequence.free();
   history?.free();
-  light?.free();
+  light?.forget();
   view = history = resting = undefined;
 }
 
@@ -445,17 +448,26 @@ const WORKS = {
   light: (circumstances) => lightOf(circumstances.scene).work(circumstances),
 };
 
+/** The batch in its picture's size. @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch */
+function sized(scene, planner, batch) {
+  const { height, width, phase, budget, thickness } = batch;
+  const scale = batch.scale ?? (phase === "light" ? lightOf(scene).scale(batch) : planner.scale(height * width, budget));
+  const scaled = (/** @type {number} */ length) => Math.max(1, Math.round(length / scale));
+  return { ...batch, scale, height: scaled(height), width: scaled(width), thickness: thickness && Math.max(thickness / scale, THINNEST) };
+}
+
 /** @param {Extract<Request, {kind: "lead"}>} request with ports to the other tracers */
-async function lead({ element: own, batch, others: ports }) {
+async function lead({ element: own, batch: asked, others: ports }) {
   cancelled = false;
   await starting;
   turnTo(own);
   if (!scene) throw new Error("lead: expected an open scene");
-  if (scene.cut(batch.cutaway)) forgetViews();
-  const lent = threads > 1 ? batch.parts : 1; // including this one
+  if (scene.cut(asked.cutaway)) forgetViews();
+  const lent = threads > 1 ? asked.parts : 1; // including this one
   useThreads(scene.core, lent);
   const planning = /** @type {FramePlanner} */ (planner), begin = performance.now();
-  for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
+  for (const { model, pixels, milliseconds } of asked.completed) planning.completed(model, pixels, milliseconds);
+  const batch = sized(scene, planning, asked);
   const work = WORKS[batch.phase]({ scene, planning, batch, lent, others: ports.length, begin });
   let rays = 0;
   const deal = () => (cancelled ? undefined : work.deal());
