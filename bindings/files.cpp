@@ -1,12 +1,17 @@
 /// Reading of mesh files.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <vector>
 
+#include "base/units.h"
 #include "bindings.h"
 #include "files/placing.h"
 #include "files/read.h"
@@ -86,6 +91,11 @@ nb::typed<nb::tuple, nb::any, nb::ellipsis> shape(Reading& reading, std::size_t 
 }  // namespace
 
 void bind_files(nb::module_& m) {
+    m.def("units", [] {
+        std::vector<std::tuple<std::string_view, double>> all;
+        for (const bob::Unit& unit : bob::units) all.emplace_back(unit.name, unit.metres);
+        return all;
+    }, "Units of length, and metres in each.");
     m.attr("MAX_FUNCTION_NODES") = bob::files::threemf::max_nodes;
     nb::class_<Reading>(m, "Reading",
         "Reads a mesh file, whose name ends in `format`, in as many steps as it takes to fetch other files that it names. ValueError, of "

@@ -1,6 +1,7 @@
 /// Reading of files in the WebAssembly modules.
 #include "wasm_reading.h"
 
+#include "base/units.h"
 #include "wasm.h"
 
 /// Reads on; returns 0 if that fails. Afterwards `reading_text` is the name of a file that is needed first, which
@@ -62,6 +63,18 @@ EXPORT(reading_image) const std::uint8_t* reading_image(Reading* reading, std::s
 }
 EXPORT(reading_image_size) std::size_t reading_image_size(Reading* reading, std::size_t number) {
     return reading->core.contents().images[number].bytes.size();
+}
+
+/// Metres in a unit of length.
+EXPORT(unit_metres) double unit_metres(const char* name, std::size_t size) {
+    return attempt([&] {
+        std::string message = "unit: expected one of ";
+        for (const bob::Unit& unit : bob::units) {
+            if (unit.name == std::string_view(name, size)) return unit.metres;
+            message.append(unit.name).append(&unit == &bob::units.back() ? ", got " : ", ");
+        }
+        throw std::invalid_argument(message.append(name, size));
+    });
 }
 
 EXPORT(free_reading) void free_reading(Reading* reading) { delete reading; }

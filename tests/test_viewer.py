@@ -26,7 +26,6 @@ from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
 from bobrossnet.support.paths import VIEWER
-from bobrossnet.support.units import METRES
 
 WIDTH, HEIGHT = 128, 96
 SIZE = f"?size={WIDTH}x{HEIGHT}"
@@ -1135,20 +1134,6 @@ def test_workers_end_while_the_next_scene_is_being_opened(tabs, viewer, ending, 
         page.choose("gyroid.bob")
     assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "gyroid.bob")))
     page.close()
-
-
-def test_units_are_those_of_python(page):
-    scales = page.tab.evaluate(
-        """
-        async (units) => {
-          const { together } = await import(new URL("tracing/description.js", location.href));
-          const scene = (unit) => ({ shapes: [], instances: [{ shape: 0 }], unit });
-          return units.map((unit) => together([scene("km"), scene(unit)], ["a", "b"]).instances[1].transform?.[0] ?? 1);
-        }
-        """,
-        list(METRES),
-    )
-    assert scales == pytest.approx([length / METRES["km"] for length in METRES.values()], rel=1e-15)
 
 
 def test_the_failure_of_a_scene_that_was_given_up_does_not_end_the_next(page):

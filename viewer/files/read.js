@@ -78,7 +78,7 @@ export async function readFile(core, name, bytes, beside = new Beside(), other) 
     const able = further && isMesh(file.name) !== isMesh(name) ? /** @type {Core} */ (other) : core;
     scenes.push(await readOne(able, file.name, await file.arrayBuffer(), beside));
   }
-  const scene = together(scenes, names.map(oneLine));
+  const scene = together(core, scenes, names.map(oneLine));
   core.made("check_instances", "instances", scene.instances.length);
   return inCanonicalOrder(core, scene);
 }

@@ -17,7 +17,6 @@
  *   hasFront: whether -y is known to be the front
  */
 
-import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product, scaling } from "../shapes/affine.js";
 
 /** As bobrossnet.Material(). @type {Material} */
@@ -34,32 +33,28 @@ export function sceneOf(shape, name = null) {
   return { shapes: [shape], instances: [{ shape: 0, transform: IDENTITY, material: WHITE, name }] };
 }
 
-/** Length of each unit, as in bobrossnet.support.units. @type {Record<string, number>} */
-const METRES = {
-  nm: 1e-9, um: 1e-6, mm: 1e-3, cm: 1e-2, dm: 1e-1, m: 1, km: 1e3, mil: 2.54e-5, in: 0.0254, ft: 0.3048, yd: 0.9144, mi: 1609.344,
-};
-
-/** @param {string} unit */
-function metresOf(unit) {
-  if (!Object.hasOwn(METRES, unit)) throw new CoreError(`unit: expected one of ${Object.keys(METRES).join(", ")}, got ${unit.slice(0, 100)}`);
-  return METRES[unit];
+/** @param {import("../core/core.js").Core} core @param {string} unit */
+function metresOf(core, unit) {
+  const name = new TextEncoder().encode(unit.slice(0, 100));
+  return core.made("unit_metres", name, name.length);
 }
 
 /**
  * Several scenes as one, in the unit of the first that has one, as by bobrossnet.load.
  *
+ * @param {import("../core/core.js").Core} core
  * @param {readonly SceneDescription[]} scenes
  * @param {readonly string[]} names of their files
  * @returns {SceneDescription}
  */
-export function together(scenes, names) {
+export function together(core, scenes, names) {
   if (scenes.length === 1) return scenes[0];
   const unit = scenes.find((scene) => scene.unit)?.unit ?? null;
   /** @type {Required<Omit<SceneDescription, "lights">>} */
   const all = { shapes: [], instances: [], warnings: [], unit, hasFront: scenes.some((scene) => scene.hasFront) };
   scenes.forEach(({ shapes, instances, warnings = [], unit: own, lights }, number) => {
     const before = all.shapes.length, first = all.instances.length, isOther = unit && own && own !== unit;
-    const scale = isOther ? scaling(metresOf(own) / metresOf(unit)) : null;
+    const scale = isOther ? scaling(metresOf(core, own) / metresOf(core, unit)) : null;
     all.instances = all.instances.concat(instances.map((instance, i) => ({
       ...instance, shape: before + instance.shape, number: first + (instance.number ?? i),
       ...(scale && { transform: product(scale, instance.transform ?? IDENTITY) }),

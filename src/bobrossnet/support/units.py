@@ -4,22 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from bobrossnet import _core
 from bobrossnet.support.errors import InputError, check_choice
 
-METRES = {
-    "nm": 1e-9,
-    "um": 1e-6,
-    "mm": 1e-3,
-    "cm": 1e-2,
-    "dm": 1e-1,
-    "m": 1.0,
-    "km": 1e3,
-    "mil": 2.54e-5,
-    "in": 0.0254,
-    "ft": 0.3048,
-    "yd": 0.9144,
-    "mi": 1609.344,
-}
+METRES: dict[str, float] = dict(_core.units())
 """Length of each unit."""
 
 WORDS = {
