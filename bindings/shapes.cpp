@@ -19,6 +19,7 @@
 #include "shapes/implicit/contouring.h"
 #include "shapes/implicit/implicit.h"
 #include "shapes/implicit/vm_solid.h"
+#include "shapes/mesh/lying.h"
 #include "shapes/mesh/mesh.h"
 #include "shapes/tube/tube.h"
 
@@ -43,15 +44,19 @@ Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
     return result;
 }
 
+void check_triangles(const Vertices& vertices, const Triangles& triangles) {
+    const auto count = static_cast<std::int64_t>(vertices.shape(0));
+    for (std::size_t i = 0; i < 3 * triangles.shape(0); ++i) {
+        expect(triangles.data()[i] >= 0 && triangles.data()[i] < count, "triangles: index out of range");
+    }
+}
+
 /// Reads the arrays during its whole lifetime.
 void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals,
                const std::optional<Points>& colors, const std::optional<Points>& face_colors, const std::optional<Uvs>& uv,
                const std::shared_ptr<bob::Texture>& texture, const std::optional<Alphas>& alphas, float alpha_cutoff) {
     expect(triangles.shape(0) > 0, "triangles: expected at least one");
-    const auto count = static_cast<std::int64_t>(vertices.shape(0));
-    for (std::size_t i = 0; i < 3 * triangles.shape(0); ++i) {
-        expect(triangles.data()[i] >= 0 && triangles.data()[i] < count, "triangles: index out of range");
-    }
+    check_triangles(vertices, triangles);
     expect(!normals || normals->shape(0) == vertices.shape(0), "normals: expected one for each vertex");
     expect(!colors || colors->shape(0) == vertices.shape(0), "colors: expected one for each vertex");
     expect(!face_colors || face_colors->shape(0) == triangles.shape(0), "face_colors: expected one for each triangle");
@@ -309,6 +314,10 @@ void bind_shapes(nb::module_& m) {
         .def("dual_contour", &dual_contour, "step"_a,
              "Vertices (v, 3) and triangles (t, 3), anticlockwise seen from outside. ValueError if there are too many.")
         .def("colors", &implicit_colors, "points"_a.noconvert(), "Linear RGB (n, 3) at points (n, 3), of a shape with colours.");
+    m.def("seems_to_lie", [](const Vertices& vertices, const Triangles& triangles) {
+        check_triangles(vertices, triangles);
+        return without_gil([&] { return bob::seems_to_lie(items<bob::Vec3d>(vertices), items<std::array<std::int32_t, 3>>(triangles)); });
+    }, "vertices"_a, "triangles"_a, "Whether y is more likely the up axis of (V, 3) vertices and (T, 3) triangles than z.");
     m.def("find_bounds", &find_bounds, "formula"_a,
           "A box (2, 3) around the inside of a formula; None if it has none, ValueError if it does not end.");
     m.def("vm_solid", &vm_solid, "formula"_a, "The solid of a .vm file's formula, its bounds, and whether they cut it.");

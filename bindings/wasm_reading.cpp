@@ -2,6 +2,7 @@
 #include "wasm_reading.h"
 
 #include "base/units.h"
+#include "shapes/mesh/lying.h"
 #include "wasm.h"
 
 /// Reads on; returns 0 if that fails. Afterwards `reading_text` is the name of a file that is needed first, which
@@ -75,6 +76,12 @@ EXPORT(unit_metres) double unit_metres(const char* name, std::size_t size) {
         }
         throw std::invalid_argument(message.append(name, size));
     });
+}
+
+/// Whether y is more likely the up axis of a mesh than z.
+EXPORT(seems_to_lie)
+bool seems_to_lie(const bob::Vec3d* vertices, std::size_t count, const std::array<std::int32_t, 3>* triangles, std::size_t triangle_count) {
+    return attempt([&] { return bob::seems_to_lie({vertices, count}, {triangles, triangle_count}); });
 }
 
 EXPORT(free_reading) void free_reading(Reading* reading) { delete reading; }

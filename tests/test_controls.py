@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from browser import TOLD, picture_at, serving
 from PIL import Image
+from statues import LYING
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
@@ -477,6 +478,15 @@ def test_scenes_are_turned(shown, attributes, turn):
     page.evaluate(f"async () => {{ const view = {VIEW}; view.up = view.orientation = null; }}")
     page.wait_for_function(f"() => {VIEW}.ariaBusy === null")
     assert (np.abs(settled(page)[..., 0].astype(int) - expected(bob.Camera())) > 1).mean() < 0.005
+
+
+def test_meshes_that_lie_stand_up_unless_the_axis_is_known(shown, folder):
+    LYING.save(folder / "lies.ply")
+    for attributes, axis, front in (("", "y", 300), ('up="z"', "z", 30), ('up="y"', "y", 300)):
+        page = shown(f'src="lies.ply" {attributes} picture-size="{WIDTH}x{HEIGHT}"')
+        wanted = color_to_8_bit(bob.trace(bob.load(folder / "lies.ply", up=axis), size=(HEIGHT, WIDTH)).gray)
+        assert (np.abs(settled(page)[..., 0].astype(int) - wanted) > 1).mean() < 0.005
+        assert camera(page).azimuth == front
 
 
 def test_exposure_is_a_factor_of_light(shown):

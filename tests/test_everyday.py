@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from models import MODELS, needs_models
 from PIL import Image, ImageDraw
+from statues import LYING, STANDING
 
 import bobrossnet as bob
 from bobrossnet import InputError
@@ -47,18 +48,14 @@ def opened(path: Path) -> Image.Image:
 # ---- Files that lie --------------------------------------------------------------------------------------
 
 
-STATUE = (box((2, 1.6, 0.2)).translate((0, 0, 0.1)) | box((0.5, 0.5, 2)).translate((-0.2, 0, 1))).mesh(0.05)
-
-
 def test_what_lies_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lying = bob.Mesh(STATUE.vertices[:, [0, 2, 1]] * (1, 1, -1), STATUE.triangles)  # z became y, as in files
-    for name, mesh, lies in (("stands", STATUE, False), ("lies", lying, True)):
+    for name, mesh, lies in (("stands", STANDING, False), ("lies", LYING, True)):
         assert seems_to_lie(bob.Scene(mesh)) is lies
         mesh.save(tmp_path / f"{name}.ply")
         assert cli.main(["info", str(tmp_path / f"{name}.ply")]) == 0
         told = [line for line in capsys.readouterr().out.splitlines() if "--up y" in line]
         assert told == (["up      z; it seems to lie on its back, --up y would turn it upright"] if lies else [])
-    assert not seems_to_lie(bob.Scene([lying, bob.Instance(lying).rotate(-np.pi / 2, (1, 0, 0)).translate((3, 0, 0))]))
+    assert not seems_to_lie(bob.Scene([LYING, bob.Instance(LYING).rotate(-np.pi / 2, (1, 0, 0)).translate((3, 0, 0))]))
 
 
 @pytest.mark.parametrize("shape", [BALL, BALL.mesh(0.1), bob.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])])

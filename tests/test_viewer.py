@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import re
+import warnings
 import zlib
 from io import BytesIO
 from subprocess import PIPE
@@ -17,6 +18,7 @@ from browser import page_server, picture_at, serving
 from models import MODELS, needs_models
 from PIL import Image
 from processes import COMMAND, running
+from statues import LYING
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -1107,6 +1109,29 @@ def test_what_has_y_up_is_turned(page, viewer, tmp_path):
     assert_equal_pictures(page.exact(), expected(scene))
 
 
+def test_meshes_that_lie_are_stood_up(page, viewer, tmp_path):
+    """Each file that is opened is judged anew; those of formats that say which axis is up stay as they are."""
+    LYING.save(tmp_path / "lies.ply")
+    drop(page, viewer, "lies.ply", (tmp_path / "lies.ply").read_bytes())
+    with pytest.warns(bob.InputWarning, match="seems to lie") as told:
+        scene = bob.load(tmp_path / "lies.ply", up="auto")
+    assert page.text("#message") == str(told[0].message)
+    assert page.tab.is_checked("#y-up")
+    assert_equal_pictures(page.exact(), expected(scene))
+    page.tab.uncheck("#y-up")
+    page.opened()
+    assert page.text("#message") == ""
+    assert_equal_pictures(page.exact(), expected(bob.load(tmp_path / "lies.ply")))
+    LYING.save(tmp_path / "more.stl")
+    page.tab.set_input_files("#file", [tmp_path / name for name in ("more.stl", "lies.ply")])
+    page.opened()
+    assert page.text("#message").startswith("more.stl and others: seems to lie on its back, ")
+    bob.save_scene(bob.load(tmp_path / "lies.ply"), tmp_path / "lies.bob")
+    drop(page, viewer, "lies.bob", (tmp_path / "lies.bob").read_bytes())
+    assert page.text("#message") == ""
+    assert not page.tab.is_checked("#y-up")
+
+
 # Ends workers of the displayed scene while another one of the gallery is being opened.
 END_WHILE_OPENING = """([kind, file]) => {
   const gallery = document.querySelector("#gallery"), known = workers.filter(({ file }) => file.endsWith(`${kind}.js`));
@@ -1167,8 +1192,11 @@ BROKEN = {
 def test_chosen_file_is_shown(page, name):
     page.tab.set_input_files("#file", MODELS / name)
     page.opened()
-    assert page.text("#message") == ""
-    assert_equal_pictures(page.exact(), expected(bob.load(MODELS / name)))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = bob.load(MODELS / name, up="auto")
+    assert page.text("#message") == " ".join(str(each.message) for each in told)
+    assert_equal_pictures(page.exact(), expected(scene))
 
 
 def test_a_shape_beyond_its_budget_is_shown_with_a_warning(page, tmp_path):

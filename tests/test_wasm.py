@@ -83,10 +83,10 @@ def test_modules_import_nothing(set_):
 
 @pytest.mark.parametrize("set_", SETS)
 def test_networks_need_little(set_):
-    """Below 300 KB with the report's weights; the whole core, as sent by a server, below 713."""
+    """Below 300 KB with the report's weights; the whole core, as sent by a server, below 714."""
     weights = (WEIGHTS / "paper.safetensors").stat().st_size
     assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
-    assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 713_000
+    assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 714_000
 
 
 # ---- Networks --------------------------------------------------------------------------------------------

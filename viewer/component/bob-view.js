@@ -11,7 +11,7 @@
  * | `alt` | text alternative |
  * | `poster` | the address of a picture until the first one is traced |
  * | `reveal` | "manual" keeps the poster until `dismissPoster()` |
- * | `up` | "y" if the file has y up; by default z is up, and formats that know it are turned |
+ * | `up` | "y" or "z"; by default that of the format, or y if it has none and the meshes seem to lie on their back |
  * | `orientation` | "0deg 90deg 0deg": roll, pitch and yaw of the scene |
  * | `camera-orbit` | "120deg 70deg 100%": angle about the vertical, angle from straight above, distance |
  * | `field-of-view` | "35deg"; if omitted, the camera is orthographic |
@@ -603,7 +603,7 @@ class BobViewElement extends Parent {
     const display = async () => {
       const turn = await this.#rotationOf(name);
       // The module for turning may have come after a newer request.
-      if (viewing === this.#viewing && asked === this.#source && await viewing.read(name, source, { turn })) this.begun();
+      if (viewing === this.#viewing && asked === this.#source && await viewing.read(name, source, { turn, isUpKnown: this.hasAttribute("up") })) this.begun();
     };
     const displayed = display();
     this.#await(displayed);

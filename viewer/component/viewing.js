@@ -247,12 +247,12 @@ export class Viewing {
    *
    * @param {string} name with its suffix
    * @param {Blob | string} source the file or its address
-   * @param {{turn?: import("../shapes/affine.js").Matrix | null, beside?: File[]}} [options] turn: the rotation of the
-   *   file's scene; beside: files opened together with it
+   * @param {{turn?: import("../shapes/affine.js").Matrix | null, isUpKnown?: boolean, beside?: File[]}} [options] turn: the rotation of
+   *   the file's scene; isUpKnown: otherwise meshes that seem to lie on their back are stood up; beside: files opened together with it
    * @returns {Promise<Summary | null>} once it is displayed; null if another scene was opened meanwhile
    * @throws {Error} of one line if it cannot be read; then the previous scene stays
    */
-  read(name, source, { turn = null, beside = [] } = {}) {
+  read(name, source, { turn = null, isUpKnown = false, beside = [] } = {}) {
     const core = coreFor(name), isMixed = beside.some((file) => isModel(file.name) && coreFor(file.name) !== core);
     // Resolve relative addresses against the page: the reading worker has another base.
     let bytes = typeof source === "string" ? new URL(source, document.baseURI).href : source;
@@ -260,7 +260,7 @@ export class Viewing {
     let file;
     const prepared = () => {
       if (file) return file;
-      const mine = file = crew.read({ name, source: bytes, beside, turn }, core, isMixed);
+      const mine = file = crew.read({ name, source: bytes, beside, turn, isUpKnown }, core, isMixed);
       mine.summary.catch(() => file === mine && (file = undefined));
       return mine;
     };

@@ -1,8 +1,11 @@
 // @ts-check
 /** Endings of files with scenes, in lower case. */
 
+/** Meshes whose formats don't say which axis is up. */
+const SILENT = [".ply", ".obj", ".stl", ".off"];
+
 /** Meshes, which the smaller core reads. */
-const MESHES = [".ply", ".obj", ".stl", ".off", ".glb", ".gltf"];
+const MESHES = [...SILENT, ".glb", ".gltf"];
 
 /** Files that the page reads. */
 export const ENDINGS = [...MESHES, ".3mf", ".json", ".sdf", ".vm", ".bob"];
@@ -12,6 +15,9 @@ export const CONVERTED = [".xml", ".bpt", ".cpt", ".3dm", ".step", ".stp", ".ige
 
 /** @param {string} name of a file */
 export const endingOf = (name) => /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
+
+/** @param {string} name of a file */
+export const isSilent = (name) => SILENT.includes(endingOf(name));
 
 /** @param {string} name of a file */
 export const isMesh = (name) => MESHES.includes(endingOf(name));

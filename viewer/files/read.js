@@ -11,6 +11,7 @@ import { readBob } from "./bob.js";
 import { readInCore } from "./core_files.js";
 import { readGeomdl } from "./geomdl.js";
 import { meshScene } from "./joined.js";
+import { stoodUp } from "./lying.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -62,11 +63,12 @@ export function checkFormat(name) {
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
  * @param {Beside} [beside] files opened together with it
  * @param {Core} [other] reads meshes if `core` does not, or all else
+ * @param {boolean} [isUpKnown] if not, meshes that seem to lie on their back are stood up
  * @returns {Promise<SceneDescription>} its `warnings` name the parts left out
  * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; `line` is the line of a
  *   script
  */
-export async function readFile(core, name, bytes, beside = new Beside(), other) {
+export async function readFile(core, name, bytes, beside = new Beside(), other, isUpKnown = true) {
   const models = beside.files.filter((file) => isModel(file.name));
   for (const file of models) checkFormat(file.name);
   const names = [name, ...models.map((file) => file.name)], further = models.find((file) => isMesh(file.name) !== isMesh(name));
@@ -78,7 +80,7 @@ export async function readFile(core, name, bytes, beside = new Beside(), other) 
     const able = further && isMesh(file.name) !== isMesh(name) ? /** @type {Core} */ (other) : core;
     scenes.push(await readOne(able, file.name, await file.arrayBuffer(), beside));
   }
-  const scene = together(core, scenes, names.map(oneLine));
+  const scene = together(core, isUpKnown ? scenes : stoodUp(core, scenes, names), names.map(oneLine));
   core.made("check_instances", "instances", scene.instances.length);
   return inCanonicalOrder(core, scene);
 }

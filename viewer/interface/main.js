@@ -211,7 +211,7 @@ element("open", HTMLButtonElement).addEventListener("click", () => file.click())
 
 /** @param {import("./state.js").OpenScene} opened @param {string} name @param {Blob | string} source @param {File[]} [beside] */
 function openFile(opened, name, source, beside) {
-  return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked, beside);
+  return opening.file(opened, name, source, null, beside);
 }
 
 /** Opens the models among the files as one scene; the others may be their textures, buffers and materials. @param {Iterable<File> | null} files */
@@ -229,7 +229,7 @@ file.addEventListener("change", () => {
 
 yUp.addEventListener("change", () => {
   const { scene } = state;
-  if (scene.source) openFile(scene, scene.source.name, scene.source.source, scene.source.beside);
+  if (scene.source) opening.file(scene, scene.source.name, scene.source.source, yUp.checked, scene.source.beside);
 });
 
 /** Whether files are dragged, not text, which the editor takes. @param {DragEvent} event */

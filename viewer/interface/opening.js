@@ -45,12 +45,12 @@ export class Opening {
    * @param {OpenScene} opened
    * @param {string} name with its suffix
    * @param {Blob | string} source the file or its address, possibly relative to the page
-   * @param {boolean} yUp whether y is up in the file; known for the gallery
+   * @param {boolean | null} yUp whether y is up in the file; null if unknown
    * @param {File[]} [beside] files opened together with it
    */
   file(opened, name, source, yUp, beside = []) {
-    const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined;
-    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { turn: yUp ? UPRIGHT : null, beside }), this.#shown.message);
+    const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined, turn = yUp ? UPRIGHT : null;
+    return this.#replace({ ...opened, source: from }, () => this.#viewing.read(name, source, { turn, isUpKnown: yUp !== null, beside }), this.#shown.message);
   }
 
   /** @param {string} text @param {string} [edited] the title under which it is kept (kept.js), if edited */
@@ -106,6 +106,7 @@ export class Opening {
     try {
       const summary = await open();
       if (!summary) return;
+      if (opened.source && summary.stoodUp) opened.source.yUp = true;
       this.#state.scene = { ...opened, script: summary.script ?? undefined };
       this.#state.edits.title = opened.edited ?? null;
       this.#shown.opened();

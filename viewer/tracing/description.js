@@ -12,9 +12,9 @@
  *   shape: index of the shape; transform: (4, 4), from its units to the scene's, by default the identity; white by
  *   default; number: in the order of the file, by default its index in the array
  * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[], unit?: string | null,
- *   hasFront?: boolean, lights?: import("./light.js").SceneLights | null}} SceneDescription
+ *   hasFront?: boolean, stoodUp?: boolean, lights?: import("./light.js").SceneLights | null}} SceneDescription
  *   warnings: parts of a file left out or shown differently, a line each; unit: of lengths, such as "mm";
- *   hasFront: whether -y is known to be the front
+ *   hasFront: whether -y is known to be the front; stoodUp: whether meshes that seemed to lie on their back were turned
  */
 
 import { IDENTITY, UPRIGHT, product, scaling } from "../shapes/affine.js";
@@ -51,7 +51,7 @@ export function together(core, scenes, names) {
   if (scenes.length === 1) return scenes[0];
   const unit = scenes.find((scene) => scene.unit)?.unit ?? null;
   /** @type {Required<Omit<SceneDescription, "lights">>} */
-  const all = { shapes: [], instances: [], warnings: [], unit, hasFront: scenes.some((scene) => scene.hasFront) };
+  const all = { shapes: [], instances: [], warnings: [], unit, hasFront: scenes.some((scene) => scene.hasFront), stoodUp: scenes.some((scene) => scene.stoodUp) };
   scenes.forEach(({ shapes, instances, warnings = [], unit: own, lights }, number) => {
     const before = all.shapes.length, first = all.instances.length, isOther = unit && own && own !== unit;
     const scale = isOther ? scaling(metresOf(core, own) / metresOf(core, unit)) : null;

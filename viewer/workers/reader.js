@@ -4,14 +4,15 @@
  * page. The first tracer gets it first; once that can show it, the others do.
  *
  * @typedef {import("../shapes/affine.js").Matrix} Matrix
- * @typedef {{script: string | null, warnings: string[], hasFront: boolean, isLit: boolean}} Summary
+ * @typedef {{script: string | null, warnings: string[], hasFront: boolean, isLit: boolean, stoodUp?: boolean}} Summary
  *   script: the text of a file that is one shape script; warnings: parts left out or shown differently, a line each; hasFront:
- *   whether -y is known to be the scene's front; isLit: whether it has lights of its own
- * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], turn: Matrix | null, port: MessagePort, module: WebAssembly.Module,
- *   other?: WebAssembly.Module}
+ *   whether -y is known to be the scene's front; isLit: whether it has lights of its own; stoodUp: whether meshes
+ *   that seemed to lie on their back were turned
+ * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], turn: Matrix | null, isUpKnown: boolean, port: MessagePort,
+ *   module: WebAssembly.Module, other?: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; beside: files opened together with it; turn: the rotation of the file's scene; port: to
- *   a tracer; module: of the core that reads it; other: of one for files opened together with it that need another; ports: to the other tracers; a large scene may not fit all of them
+ *   source: a file, or its address; beside: files opened together with it; turn: the rotation of the file's scene; isUpKnown: otherwise
+ *   meshes that seem to lie on their back are stood up; port: to a tracer; module: of the core that reads it; other: of one for files opened together with it that need another; ports: to the other tracers; a large scene may not fit all of them
  * @typedef {{kind: "read", summary: Summary, bytes: Blob} | {kind: "failed", message: string} | {kind: "shared", tracers: number, memory: number}} Reply
  *   "read" is answered by "read" or "failed"; bytes: of the file, which the browser keeps, to read it again. "share" is
  *   answered by "shared"; tracers: number of all that got the scene; memory: bytes of the reader's core
@@ -48,17 +49,17 @@ let scene;
 let memory = 0; // bytes of the core that read it
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, beside, turn, port, module, other }) {
+async function read({ name, source, beside, turn, isUpKnown, port, module, other }) {
   try {
     const core = new Core(module), further = other && new Core(other), bytes = await blobOf(name, source);
-    scene = await readFile(core, name, await bytes.arrayBuffer(), new Beside(beside), further);
+    scene = await readFile(core, name, await bytes.arrayBuffer(), new Beside(beside), further, isUpKnown);
     if (turn) scene = await inCanonicalOrder(core, turned(scene, turn));
     memory = core.memory.byteLength + (further?.memory.byteLength ?? 0);
     port.postMessage(scene);
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !turn ? shape.source : null;
-    const { warnings = [], hasFront = false, lights } = scene;
-    reply({ kind: "read", summary: { script, warnings, hasFront, isLit: Boolean(lights && lights.lights !== "headlight") }, bytes });
+    const { warnings = [], hasFront = false, stoodUp, lights } = scene;
+    reply({ kind: "read", summary: { script, warnings, hasFront, stoodUp, isLit: Boolean(lights && lights.lights !== "headlight") }, bytes });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
   }

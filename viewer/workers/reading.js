@@ -3,7 +3,8 @@
  * The worker that reads files, one at a time.
  *
  * @typedef {import("./reader.js").Summary} Summary
- * @typedef {{name: string, source: Blob | string, beside: File[], turn: import("../shapes/affine.js").Matrix | null}} Source as in reader.js
+ * @typedef {{name: string, source: Blob | string, beside: File[], turn: import("../shapes/affine.js").Matrix | null, isUpKnown: boolean}} Source
+ *   as in reader.js
  *
  * @typedef {object} ReadFile
  * @property {MessagePort} port brings the scene to the first tracer
