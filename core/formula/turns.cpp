@@ -137,13 +137,13 @@ std::optional<Sectors> sectors_of_one(const Expression& f, std::size_t& nodes) {
 
 /// The formulas whose minimum f is; f itself if f is no minimum. Nothing where they take too long.
 std::vector<Expression> operands_of_minimum(const Expression& f) {
-    struct Part {
+    struct Operand {
         std::uint32_t node;
         double scale, offset;  // of the node, in f
     };
     Graph graph;
     const std::vector<Value> values = graph.rebuild(f, [&](std::uint32_t i, const Value* operand) { return graph.like(f.nodes()[i], operand); });
-    std::vector<Part> open{{static_cast<std::uint32_t>(f.nodes().size() - 1), 1, 0}};
+    std::vector<Operand> open{{static_cast<std::uint32_t>(f.nodes().size() - 1), 1, 0}};
     std::vector<Expression> result;
     while (!open.empty()) {
         const auto [at, scale, offset] = open.back();

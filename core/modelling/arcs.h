@@ -1,4 +1,4 @@
-/// Geometry of a single piece of an outline: a line segment or a circular arc.
+/// Geometry of a single segment of an outline: straight or a circular arc.
 #pragma once
 
 #include <algorithm>
@@ -15,18 +15,18 @@ namespace bob {
 inline double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 /// Whether an arc's height above its chord is below the rounding of its middle.
-inline bool is_straight(const Piece& piece) { return std::fabs(piece.bulge) < 1e-9; }
+inline bool is_straight(const Segment& segment) { return std::fabs(segment.bulge) < 1e-9; }
 
-/// The circle of a piece that is not straight.
+/// The circle of a segment that is not straight.
 struct Arc {
     Vector<2> center, from;
     double radius;
     double angle;  // from start to end, anticlockwise positive
 
-    explicit Arc(const Piece& piece) : from(piece.from), angle(4 * std::atan(piece.bulge)) {
-        const Vector<2> chord = piece.to - piece.from, left{-chord[1], chord[0]};
-        const double b = piece.bulge;
-        center = (piece.from + piece.to) * 0.5 + left * ((1 - b * b) / (4 * b));
+    explicit Arc(const Segment& segment) : from(segment.from), angle(4 * std::atan(segment.bulge)) {
+        const Vector<2> chord = segment.to - segment.from, left{-chord[1], chord[0]};
+        const double b = segment.bulge;
+        center = (segment.from + segment.to) * 0.5 + left * ((1 - b * b) / (4 * b));
         radius = length(chord) * (1 + b * b) / (4 * std::fabs(b));
     }
 
@@ -46,9 +46,9 @@ struct Arc {
     }
 };
 
-inline Vector<2> middle_of(const Piece& piece) {
-    const Vector<2> chord = piece.to - piece.from, right{chord[1], -chord[0]};
-    return (piece.from + piece.to) * 0.5 + right * (piece.bulge / 2);
+inline Vector<2> middle_of(const Segment& segment) {
+    const Vector<2> chord = segment.to - segment.from, right{chord[1], -chord[0]};
+    return (segment.from + segment.to) * 0.5 + right * (segment.bulge / 2);
 }
 
 /// An axis-aligned rectangle.
@@ -58,10 +58,10 @@ struct Extent {
     void add(const Vector<2>& p) {
         for (std::size_t i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
     }
-    void add(const Piece& piece) {
-        add(piece.from), add(piece.to);
-        if (is_straight(piece)) return;
-        const Arc arc(piece);
+    void add(const Segment& segment) {
+        add(segment.from), add(segment.to);
+        if (is_straight(segment)) return;
+        const Arc arc(segment);
         for (std::size_t i = 0; i < 2; ++i) {
             for (const double side : {-arc.radius, arc.radius}) {
                 Vector<2> p = arc.center;
@@ -71,7 +71,7 @@ struct Extent {
         }
     }
     void add(const Loop& loop) {
-        for (const Piece& piece : loop) add(piece);
+        for (const Segment& segment : loop) add(segment);
     }
     [[nodiscard]] bool contains(const Extent& other) const {
         return other.low[0] >= low[0] && other.low[1] >= low[1] && other.high[0] <= high[0] && other.high[1] <= high[1];
@@ -83,28 +83,28 @@ inline Vector<2> turned(const Vector<2>& v, double angle) {
     return {c * v[0] - s * v[1], s * v[0] + c * v[1]};
 }
 
-/// The piece in the minimum number of equal parts of at most a quarter of a circle each.
-inline std::vector<Piece> quarters(const Piece& piece) {
-    if (is_straight(piece)) return {piece};
-    const Arc arc(piece);
+/// The segment in the minimum number of equal parts of at most a quarter of a circle each.
+inline std::vector<Segment> quarters(const Segment& segment) {
+    if (is_straight(segment)) return {segment};
+    const Arc arc(segment);
     const double count = std::ceil(std::fabs(arc.angle) / (std::numbers::pi / 2) - 1e-9);
-    std::vector<Piece> result;
-    Vector<2> from = piece.from;
+    std::vector<Segment> result;
+    Vector<2> from = segment.from;
     for (double i = 1; i <= count; ++i) {
-        const Vector<2> on_circle = arc.center + turned(piece.from - arc.center, arc.angle * i / count);
-        const Vector<2> to = i < count ? on_circle : piece.to;
+        const Vector<2> on_circle = arc.center + turned(segment.from - arc.center, arc.angle * i / count);
+        const Vector<2> to = i < count ? on_circle : segment.to;
         result.push_back({from, to, std::tan(arc.angle / count / 4)});
         from = to;
     }
     return result;
 }
 
-/// The directions of a piece at its start and at its end.
-inline Vector<2> start_direction(const Piece& piece) {
-    return turned(normalized(piece.to - piece.from), -2 * std::atan(piece.bulge));
+/// The directions of a segment at its start and at its end.
+inline Vector<2> start_direction(const Segment& segment) {
+    return turned(normalized(segment.to - segment.from), -2 * std::atan(segment.bulge));
 }
-inline Vector<2> end_direction(const Piece& piece) {
-    return turned(normalized(piece.to - piece.from), 2 * std::atan(piece.bulge));
+inline Vector<2> end_direction(const Segment& segment) {
+    return turned(normalized(segment.to - segment.from), 2 * std::atan(segment.bulge));
 }
 
 }  // namespace bob

@@ -19,7 +19,7 @@ namespace {
 /// Distance below which places are equal, relative to the extent of all loops.
 constexpr double same_place = 1e-9;
 
-/// Distance from the common end of consecutive pieces, relative to their length. Crossings within it are ignored:
+/// Distance from the common end of consecutive segments, relative to their length. Crossings within it are ignored:
 /// crossings of arcs with a common tangent have only half of the digits.
 constexpr double near_common_end = 1e-4;
 
@@ -29,22 +29,22 @@ constexpr std::size_t most_cuts = 1 << 18;
 /// Pieces in rows by height, to find those near a point or near each other.
 class Rows {
 public:
-    Rows(std::span<const Piece> pieces, double margin) : pieces_(pieces) {
-        for (const Piece& piece : pieces) boxes_.emplace_back().add(piece);
+    Rows(std::span<const Segment> segments, double margin) : segments_(segments) {
+        for (const Segment& segment : segments) boxes_.emplace_back().add(segment);
         Extent all;
         for (Extent& box : boxes_) {
             for (std::size_t i = 0; i < 2; ++i) box.low[i] -= margin, box.high[i] += margin;
             all.add(box.low), all.add(box.high);
         }
         low_ = all.low[1];
-        rows_.resize(1 + static_cast<std::size_t>(std::sqrt(static_cast<double>(pieces.size()))));
+        rows_.resize(1 + static_cast<std::size_t>(std::sqrt(static_cast<double>(segments.size()))));
         scale_ = static_cast<double>(rows_.size()) / std::max(all.high[1] - all.low[1], 1e-300);
-        for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        for (std::uint32_t i = 0; i < segments.size(); ++i) {
             for (std::size_t row = row_of(boxes_[i].low[1]); row <= row_of(boxes_[i].high[1]); ++row) rows_[row].push_back(i);
         }
     }
 
-    /// Calls visit(i, j) once for each pair of pieces with overlapping boxes.
+    /// Calls visit(i, j) once for each pair of segments with overlapping boxes.
     template <class Visit>
     void for_each_pair(Visit visit) const {
         std::vector<std::uint32_t> upwards(boxes_.size());
@@ -67,16 +67,16 @@ public:
     [[nodiscard]] int winding(const Vector<2>& p) const {
         int result = 0;
         for (const std::uint32_t i : rows_[row_of(p[1])]) {
-            const Piece& piece = pieces_[i];
-            const double left = cross(piece.to - piece.from, p - piece.from);
-            if (piece.from[1] <= p[1] && p[1] < piece.to[1] && left > 0) ++result;
-            if (piece.to[1] <= p[1] && p[1] < piece.from[1] && left < 0) --result;
-            if (is_straight(piece)) continue;
-            const bool beside_chord = piece.bulge > 0 ? left <= 0 : left >= 0;
-            const Arc arc(piece);
+            const Segment& segment = segments_[i];
+            const double left = cross(segment.to - segment.from, p - segment.from);
+            if (segment.from[1] <= p[1] && p[1] < segment.to[1] && left > 0) ++result;
+            if (segment.to[1] <= p[1] && p[1] < segment.from[1] && left < 0) --result;
+            if (is_straight(segment)) continue;
+            const bool beside_chord = segment.bulge > 0 ? left <= 0 : left >= 0;
+            const Arc arc(segment);
             const bool in_circle = length(p - arc.center) < arc.radius;
             // The cap of more than half a circle is the circle on the chord's one side. So is the cap of less.
-            if (beside_chord && in_circle) result += piece.bulge > 0 ? 1 : -1;
+            if (beside_chord && in_circle) result += segment.bulge > 0 ? 1 : -1;
         }
         return result;
     }
@@ -87,7 +87,7 @@ private:
         return static_cast<std::size_t>(row);
     }
 
-    std::span<const Piece> pieces_;
+    std::span<const Segment> segments_;
     std::vector<Extent> boxes_;
     std::vector<std::vector<std::uint32_t>> rows_;
     double low_ = 0, scale_ = 1;
@@ -95,8 +95,8 @@ private:
 
 // ---- Crossings ------------------------------------------------------------------------------------
 
-/// Intersections of the two pieces' lines or circles, at most two points.
-void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
+/// Intersections of the two segments' lines or circles, at most two points.
+void crossings(const Segment& a, const Segment& b, std::vector<Vector<2>>& points) {
     if (is_straight(a) && is_straight(b)) {
         const Vector<2> u = a.to - a.from, v = b.to - b.from;
         const double area = cross(u, v);
@@ -131,47 +131,47 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
     points.push_back(middle - across * -half);
 }
 
-/// The share of the piece before a point of it.
-double share(const Piece& piece, const Vector<2>& p) {
-    const Vector<2> span = piece.to - piece.from;
-    if (is_straight(piece)) return dot(p - piece.from, span) / dot(span, span);
-    const Arc arc(piece);
+/// The share of the segment before a point of it.
+double share(const Segment& segment, const Vector<2>& p) {
+    const Vector<2> span = segment.to - segment.from;
+    if (is_straight(segment)) return dot(p - segment.from, span) / dot(span, span);
+    const Arc arc(segment);
     return arc.angle_to(p) / arc.angle;
 }
 
-/// Whether a point is on a piece.
-bool is_on(const Piece& piece, const Vector<2>& p, double tolerance) {
-    const Vector<2> span = piece.to - piece.from, off = p - piece.from;
-    if (is_straight(piece)) {
+/// Whether a point is on a segment.
+bool is_on(const Segment& segment, const Vector<2>& p, double tolerance) {
+    const Vector<2> span = segment.to - segment.from, off = p - segment.from;
+    if (is_straight(segment)) {
         const double beside = cross(span, off), run = dot(off, span), squared = dot(span, span);
         if (!(beside * beside <= tolerance * tolerance * squared)) return false;
         if (run >= 0 && run <= squared) return true;
     } else {
-        const Arc arc(piece);
+        const Arc arc(segment);
         if (!(std::fabs(length(p - arc.center) - arc.radius) <= tolerance)) return false;
         if (arc.spans(p)) return true;
     }
-    return length(off) < tolerance || length(p - piece.to) < tolerance;
+    return length(off) < tolerance || length(p - segment.to) < tolerance;
 }
 
-/// The pieces, cut at their crossings.
-std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
-    std::vector<Piece> pieces;
+/// The segments, cut at their crossings.
+std::vector<Segment> cut(const std::vector<Loop>& loops, double tolerance) {
+    std::vector<Segment> segments;
     std::vector<std::uint32_t> next;  // in the loop
     for (const Loop& loop : loops) {
-        const auto first = static_cast<std::uint32_t>(pieces.size());
-        for (const Piece& piece : loop) {
-            pieces.push_back(piece);
-            next.push_back(static_cast<std::uint32_t>(pieces.size()));
+        const auto first = static_cast<std::uint32_t>(segments.size());
+        for (const Segment& segment : loop) {
+            segments.push_back(segment);
+            next.push_back(static_cast<std::uint32_t>(segments.size()));
         }
         if (!loop.empty()) next.back() = first;
     }
-    const Rows rows(pieces, tolerance);
-    std::vector<std::vector<Vector<2>>> cuts(pieces.size());
+    const Rows rows(segments, tolerance);
+    std::vector<std::vector<Vector<2>>> cuts(segments.size());
     std::vector<Vector<2>> found;
     std::size_t count = 0;
     rows.for_each_pair([&](std::uint32_t i, std::uint32_t j) {
-        const Piece &a = pieces[i], &b = pieces[j];
+        const Segment &a = segments[i], &b = segments[j];
         found.assign({a.from, a.to, b.from, b.to});
         crossings(a, b, found);
         const double near = near_common_end * std::min(length(a.to - a.from), length(b.to - b.from));
@@ -184,19 +184,19 @@ std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
         }
     });
 
-    std::vector<Piece> result;
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-        const Piece& piece = pieces[i];
-        std::vector<std::pair<double, Vector<2>>> ordered{{1, piece.to}};
+    std::vector<Segment> result;
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        const Segment& segment = segments[i];
+        std::vector<std::pair<double, Vector<2>>> ordered{{1, segment.to}};
         for (const Vector<2>& p : cuts[i]) {
-            if (length(p - piece.to) > tolerance) ordered.emplace_back(share(piece, p), p);
+            if (length(p - segment.to) > tolerance) ordered.emplace_back(share(segment, p), p);
         }
         std::sort(ordered.begin(), ordered.end());
-        Vector<2> from = piece.from;
+        Vector<2> from = segment.from;
         double before = 0;
         for (const auto& [at, to] : ordered) {
             if (length(to - from) <= tolerance) continue;
-            result.push_back({from, to, std::tan((at - before) * std::atan(piece.bulge))});
+            result.push_back({from, to, std::tan((at - before) * std::atan(segment.bulge))});
             from = to, before = at;
         }
     }
@@ -237,52 +237,52 @@ private:
     std::unordered_multimap<std::uint64_t, std::uint32_t> known_;
 };
 
-/// The pieces between inside and outside, with the inside to their left.
-std::vector<Piece> between_inside_and_outside(const std::vector<Piece>& pieces, Winding winding, double tolerance) {
-    const Rows rows(pieces, tolerance);
+/// The segments between inside and outside, with the inside to their left.
+std::vector<Segment> between_inside_and_outside(const std::vector<Segment>& segments, Winding winding, double tolerance) {
+    const Rows rows(segments, tolerance);
     const auto is_inside = [&](const Vector<2>& p) {
         const int turns = rows.winding(p);
         return winding == Winding::odd ? turns % 2 != 0 : turns != 0;
     };
-    std::vector<Piece> result;
-    for (const Piece& piece : pieces) {
-        const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
-        const Vector<2> middle = middle_of(piece);
+    std::vector<Segment> result;
+    for (const Segment& segment : segments) {
+        const Vector<2> chord = normalized(segment.to - segment.from), left{-chord[1], chord[0]};
+        const Vector<2> middle = middle_of(segment);
         const bool inside = is_inside(middle + left * (tolerance / 4));
         if (inside == is_inside(middle - left * (tolerance / 4))) continue;
-        result.push_back(inside ? piece : Piece{piece.to, piece.from, -piece.bulge});
+        result.push_back(inside ? segment : Segment{segment.to, segment.from, -segment.bulge});
     }
     return result;
 }
 
-/// Chains pieces to loops. Where several loops touch, each keeps to the inside between two pieces.
-std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
+/// Chains segments to loops. Where several loops touch, each keeps to the inside between two segments.
+std::vector<Loop> chained(const std::vector<Segment>& segments, double tolerance) {
     Places places(2 * tolerance);
     struct Ends {
         std::uint32_t from, to;
     };
     std::vector<Ends> ends;
-    for (const Piece& piece : pieces) {
-        const std::uint32_t from = places.number_of(piece.from);
-        ends.push_back({from, places.number_of(piece.to)});
+    for (const Segment& segment : segments) {
+        const std::uint32_t from = places.number_of(segment.from);
+        ends.push_back({from, places.number_of(segment.to)});
     }
     std::vector<std::vector<std::uint32_t>> leaving(places.count());
-    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+    for (std::uint32_t i = 0; i < segments.size(); ++i) {
         std::vector<std::uint32_t>& others = leaving[ends[i].from];
         const bool known = std::any_of(others.begin(), others.end(), [&](std::uint32_t j) {
-            return ends[j].to == ends[i].to && std::fabs(pieces[j].bulge - pieces[i].bulge) < 1e-6;
+            return ends[j].to == ends[i].to && std::fabs(segments[j].bulge - segments[i].bulge) < 1e-6;
         });
         if (!known) others.push_back(i);
     }
-    std::vector<bool> used(pieces.size(), false);
-    // Among the pieces that leave where `last` arrives, the one with the narrowest inside between them.
+    std::vector<bool> used(segments.size(), false);
+    // Among the segments that leave where `last` arrives, the one with the narrowest inside between them.
     const auto next = [&](std::uint32_t last) {
         std::optional<std::uint32_t> best;
         double least = INFINITY;
-        const Vector<2> back = end_direction(pieces[last]) * -1;
+        const Vector<2> back = end_direction(segments[last]) * -1;
         for (const std::uint32_t i : leaving[ends[last].to]) {
             if (used[i]) continue;
-            const Vector<2> away = start_direction(pieces[i]);
+            const Vector<2> away = start_direction(segments[i]);
             double between = std::atan2(cross(away, back), dot(away, back));
             if (between < 0) between += 2 * std::numbers::pi;
             if (between < least) least = between, best = i;
@@ -297,7 +297,7 @@ std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
             std::optional<std::uint32_t> i = start;
             while (i) {
                 used[*i] = true;
-                loop.push_back(pieces[*i]);
+                loop.push_back(segments[*i]);
                 if (loop.size() > 1) loop.back().from = loop[loop.size() - 2].to;
                 i = ends[*i].to == ends[start].from ? std::nullopt : next(*i);
             }
@@ -318,51 +318,51 @@ std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
 double area(const Loop& loop) {
     double twice = 0;
     const Vector<2> origin = loop.front().from;
-    for (const Piece& piece : loop) {
-        twice += cross(piece.from - origin, piece.to - origin);
-        if (is_straight(piece)) continue;
-        const Arc arc(piece);
+    for (const Segment& segment : loop) {
+        twice += cross(segment.from - origin, segment.to - origin);
+        if (is_straight(segment)) continue;
+        const Arc arc(segment);
         twice += arc.radius * arc.radius * (arc.angle - std::sin(arc.angle));
     }
     return twice / 2;
 }
 
-/// Assigns each hole to the smallest part around it.
-std::vector<Part> with_holes(std::vector<Loop> loops, double tolerance) {
-    std::vector<Part> parts;
+/// Assigns each hole to the smallest island around it.
+std::vector<Island> with_holes(std::vector<Loop> loops, double tolerance) {
+    std::vector<Island> islands;
     std::vector<Loop> holes;
     for (Loop& loop : loops) {
         if (area(loop) > 0) {
-            parts.push_back({std::move(loop), {}});
+            islands.push_back({std::move(loop), {}});
         } else {
             holes.push_back(std::move(loop));
         }
     }
-    std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return area(a.around) < area(b.around); });
+    std::stable_sort(islands.begin(), islands.end(), [](const Island& a, const Island& b) { return area(a.around) < area(b.around); });
     std::vector<Extent> extents;
-    for (const Part& part : parts) extents.emplace_back().add(part.around);
+    for (const Island& island : islands) extents.emplace_back().add(island.around);
     for (Loop& hole : holes) {
         Extent extent;
         extent.add(hole);
-        const Piece& piece = hole.front();
-        const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
-        const Vector<2> beside = middle_of(piece) + left * (tolerance / 4);
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            if (!extents[i].contains(extent) || Rows(parts[i].around, tolerance).winding(beside) == 0) continue;
-            parts[i].holes.push_back(std::move(hole));
+        const Segment& segment = hole.front();
+        const Vector<2> chord = normalized(segment.to - segment.from), left{-chord[1], chord[0]};
+        const Vector<2> beside = middle_of(segment) + left * (tolerance / 4);
+        for (std::size_t i = 0; i < islands.size(); ++i) {
+            if (!extents[i].contains(extent) || Rows(islands[i].around, tolerance).winding(beside) == 0) continue;
+            islands[i].holes.push_back(std::move(hole));
             break;
         }
     }
-    return parts;
+    return islands;
 }
 
 void move(Loop& loop, const Vector<2>& offset) {
-    for (Piece& piece : loop) piece.from = piece.from + offset, piece.to = piece.to + offset;
+    for (Segment& segment : loop) segment.from = segment.from + offset, segment.to = segment.to + offset;
 }
 
 }  // namespace
 
-std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding) {
+std::vector<Island> islands(const std::vector<Loop>& loops, Winding winding) {
     Extent all;
     for (const Loop& loop : loops) all.add(loop);
     const double extent = std::max(all.high[0] - all.low[0], all.high[1] - all.low[1]);
@@ -371,11 +371,11 @@ std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding) {
     // Far from the origin, coordinates lose their digits.
     std::vector<Loop> here = loops;
     for (Loop& loop : here) move(loop, all.low * -1);
-    const std::vector<Piece> edges = between_inside_and_outside(cut(here, tolerance), winding, tolerance);
-    std::vector<Part> result = with_holes(chained(edges, tolerance), tolerance);
-    for (Part& part : result) {
-        move(part.around, all.low);
-        for (Loop& hole : part.holes) move(hole, all.low);
+    const std::vector<Segment> edges = between_inside_and_outside(cut(here, tolerance), winding, tolerance);
+    std::vector<Island> result = with_holes(chained(edges, tolerance), tolerance);
+    for (Island& island : result) {
+        move(island.around, all.low);
+        for (Loop& hole : island.holes) move(hole, all.low);
     }
     return result;
 }

@@ -1,14 +1,14 @@
 /// Regions as minima and maxima of distances from loops.
 ///
-/// Parts are disjoint, and so are the holes of a part. Minima and maxima of the distances from single loops are
+/// Islands are disjoint, and so are the holes of an island. Minima and maxima of the distances from single loops are
 /// therefore exact. Boxes around loops bound these distances from below, so that bounds skip distant loops.
 ///
-/// The distance from a loop is the distance from its nearest feature: a piece, or a corner that can be nearest to
+/// The distance from a loop is the distance from its nearest feature: a segment, or a corner that can be nearest to
 /// points. Few features are near a small box, and there the formula reduces to little more than one of them. "Hello,
 /// world", to 1e-4 of its size, takes 330 arcs and lines, ready for tracing in 0.3 s, or 960 lines, in 0.8 s and twice
 /// the time per ray.
 ///
-/// The sum of the angles subtended by the pieces also gives the sign, but simplifies nowhere: with it the lines take
+/// The sum of the angles subtended by the segments also gives the sign, but simplifies nowhere: with it the lines take
 /// 2.7 s, and 50 times as long per ray as the arcs. Features that know their side even past their ends, where others
 /// are nearer, jump there, and took a quarter more of both.
 #include "modelling/region.h"
@@ -24,7 +24,7 @@
 namespace bob {
 namespace {
 
-/// Pieces that turn by less than this where they meet, in radians, need no corner. Where it would be nearest, a piece
+/// Segments that turn by less than this where they meet, in radians, need no corner. Where it would be nearest, a segment
 /// seems nearer by 1e-9 of the distance.
 constexpr double smooth_turn = 1e-4;
 
@@ -42,18 +42,18 @@ struct Feature {
     Value signed_distance;  // valid where it is nearest; negative inside
 };
 
-/// A piece, at most a quarter of a circle, with the inside to its left.
-Feature of_piece(Graph& graph, const Piece& piece) {
+/// A segment, at most a quarter of a circle, with the inside to its left.
+Feature of_segment(Graph& graph, const Segment& segment) {
     const Point<2> p = point<2>(graph);
-    const Vector<2> direction = normalized(piece.to - piece.from), right{direction[1], -direction[0]};
-    const Vector<2> middle = middle_of(piece);
+    const Vector<2> direction = normalized(segment.to - segment.from), right{direction[1], -direction[0]};
+    const Vector<2> middle = middle_of(segment);
     const Value along = abs(dot(p, direction) - dot(middle, direction));
     Value past_ends, aside;
-    if (is_straight(piece)) {
-        past_ends = along - length(piece.to - piece.from) / 2;
+    if (is_straight(segment)) {
+        past_ends = along - length(segment.to - segment.from) / 2;
         aside = dot(p, right) - dot(middle, right);
     } else {
-        const Arc arc(piece);
+        const Arc arc(segment);
         const double turn = arc.angle < 0 ? -1 : 1, half = std::fabs(arc.angle) / 2;
         const Value up = dot(p, right * turn) - dot(arc.center, right * turn);
         const Value down = -up, up_aside = up * std::sin(half);
@@ -64,8 +64,8 @@ Feature of_piece(Graph& graph, const Piece& piece) {
     return {abs(aside) + farther, aside};
 }
 
-/// The corner of two pieces; empty if they join smoothly.
-std::optional<Feature> of_corner(Graph& graph, const Piece& before, const Piece& after) {
+/// The corner of two segments; empty if they join smoothly.
+std::optional<Feature> of_corner(Graph& graph, const Segment& before, const Segment& after) {
     const Vector<2> arriving = end_direction(before), leaving = start_direction(after);
     const double turn = std::atan2(cross(arriving, leaving), dot(arriving, leaving));
     if (std::fabs(turn) < smooth_turn) return std::nullopt;
@@ -90,7 +90,7 @@ Value distance(Graph& graph, const Loop& loop) {
     std::vector<Feature> features;
     for (std::size_t i = 0; i < loop.size(); ++i) {
         if (const auto corner = of_corner(graph, loop[i ? i - 1 : loop.size() - 1], loop[i])) features.push_back(*corner);
-        for (const Piece& arc : quarters(loop[i])) features.push_back(of_piece(graph, arc));
+        for (const Segment& arc : quarters(loop[i])) features.push_back(of_segment(graph, arc));
     }
     return nearest(features, 0, features.size()).signed_distance;
 }
@@ -111,14 +111,14 @@ Value distance_from_box(Graph& graph, const Loop& loop) {
 
 std::optional<Value> region(Graph& graph, const std::vector<Loop>& loops, Winding winding) {
     std::optional<Value> result;
-    for (const Part& part : parts(loops, winding)) {
-        const Value from_box = distance_from_box(graph, part.around);
-        Value from_part = max(from_box, distance(graph, part.around));
-        for (const Loop& hole : part.holes) {
+    for (const Island& island : islands(loops, winding)) {
+        const Value from_box = distance_from_box(graph, island.around);
+        Value from_island = max(from_box, distance(graph, island.around));
+        for (const Loop& hole : island.holes) {
             const Value from_hole = -distance_from_box(graph, hole);
-            from_part = max(from_part, min(from_hole, distance(graph, hole)));
+            from_island = max(from_island, min(from_hole, distance(graph, hole)));
         }
-        result = result ? min(*result, from_part) : from_part;
+        result = result ? min(*result, from_island) : from_island;
     }
     return result;
 }

@@ -69,10 +69,10 @@ double extent_along(const BezierPatch& patch, bool v) {
 }  // namespace
 
 /// A part of a patch: the points that decide the maxima of convex functions, and its halves, computed on request.
-struct Brep::Search::Part {
-    using Halves = std::vector<Part>;
+struct Brep::Search::SubPatch {
+    using Halves = std::vector<SubPatch>;
 
-    Part(const BezierPatch& bezier, const Patch& from) : patch(bezier), from(&from) {
+    SubPatch(const BezierPatch& bezier, const Patch& from) : patch(bezier), from(&from) {
         Interruption::check();
         const auto coverage = from.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
         if (coverage == TrimRegion::Coverage::none) return;
@@ -88,11 +88,11 @@ struct Brep::Search::Part {
         const double along_u = extent_along(patch, false), along_v = extent_along(patch, true);
         extent = along_u + along_v, longer_along_v = along_v > along_u;
     }
-    Part(Part&& other) noexcept
+    SubPatch(SubPatch&& other) noexcept
         : patch(std::move(other.patch)), from(other.from), points(std::move(other.points)), seen(std::move(other.seen)),
           extent(other.extent), longer_along_v(other.longer_along_v), halves_(other.halves_.exchange(nullptr)) {}
-    Part& operator=(Part&&) = delete;
-    ~Part() { delete halves_.load(); }
+    SubPatch& operator=(SubPatch&&) = delete;
+    ~SubPatch() { delete halves_.load(); }
 
     [[nodiscard]] bool covered() const { return !points.empty(); }
 
@@ -122,7 +122,7 @@ private:
 
 struct Brep::Search::Kept {
     Mutex making;
-    std::vector<Part> parts;  // whole patches
+    std::vector<SubPatch> parts;  // whole patches
 };
 
 Brep::Search::Search() : kept_(std::make_unique<Kept>()) {}
@@ -132,35 +132,35 @@ Brep::Search::~Search() = default;
 double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Vec3)>& convex, double tolerance) const {
     struct Candidate {
         double bound;
-        const Part* part;
+        const SubPatch* part;
 
         bool operator<(const Candidate& other) const { return bound < other.bound; }
     };
     {
         const std::lock_guard lock(kept_->making);
         if (kept_->parts.empty()) {
-            std::vector<Part> parts;
+            std::vector<SubPatch> parts;
             for (const Patch& patch : pieces.patches) parts.emplace_back(around_seen(bezier_patch(pieces, patch), patch), patch);
             kept_->parts = std::move(parts);
         }
     }
     double reached = -HUGE_VAL;
     std::priority_queue<Candidate> open;
-    const auto add = [&](const Part& part) {
+    const auto add = [&](const SubPatch& part) {
         if (!part.covered()) return;
         double bound = -HUGE_VAL;
         for (const Vec3 point : part.points) bound = std::max(bound, convex(point));
         for (const Vec3 point : part.seen) reached = std::max(reached, convex(point));
         open.push({bound, &part});
     };
-    for (const Part& part : kept_->parts) add(part);
+    for (const SubPatch& part : kept_->parts) add(part);
     Work work(units_to_search);
     while (!open.empty()) {
         const Candidate top = open.top();
         if (top.bound <= reached + tolerance || top.part->extent <= tolerance || work.is_spent()) return top.bound;
         work.spend(units_to_cut * top.part->patch.control_points.size());
         open.pop();
-        for (const Part& half : top.part->halves()) add(half);
+        for (const SubPatch& half : top.part->halves()) add(half);
     }
     return reached;
 }

@@ -83,7 +83,7 @@ private:
         [[nodiscard]] double maximum(const Pieces& pieces, const std::function<double(Vec3)>& convex, double tolerance) const;
 
     private:
-        struct Part;
+        struct SubPatch;
         struct Kept;
 
         std::unique_ptr<Kept> kept_;

@@ -53,7 +53,7 @@ public:
 
     void ask(const Pieces& pieces, Newton<lanes>& newton) const {
         const int k = lane_;
-        const Part& part = open_[open_count_ - 1].part;
+        const UvRange& part = open_[open_count_ - 1].part;
         const auto to = [&](float x, int along) { return part.low[along] + (0.5f + 0.5f * x) * part.size[along]; };
         const std::uint32_t index = patch_index(pieces);
         if (looks_) {
@@ -96,11 +96,11 @@ private:
 
     [[nodiscard]] std::uint32_t patch_index(const Pieces& pieces) const { return pieces.packets[packet_ - 1].patch[lane_]; }
 
-    [[nodiscard]] Part whole(const PiecePacket& packet) const {
+    [[nodiscard]] UvRange whole(const PiecePacket& packet) const {
         return {{packet.low[0][lane_], packet.low[1][lane_]}, {packet.size[0][lane_], packet.size[1][lane_]}};
     }
 
-    [[nodiscard]] Piece piece(const Pieces& pieces, const Part& part) const {
+    [[nodiscard]] Piece piece(const Pieces& pieces, const UvRange& part) const {
         const PiecePacket& packet = pieces.packets[packet_ - 1];
         const std::uint32_t patch = packet.patch[lane_], trim = packet.trim[lane_];
         return {pieces.patches[patch], patch, 8 * (packet_ - 1) + static_cast<std::uint32_t>(lane_),
@@ -112,7 +112,7 @@ private:
         return Float4{z[0][lane_], z[1][lane_], z[2][lane_], 0};
     }
 
-    void subdivide(const Pieces& pieces, const Part& part, Workspace& workspace) {
+    void subdivide(const Pieces& pieces, const UvRange& part, Workspace& workspace) {
         const Piece piece = this->piece(pieces, part);
         const LocalRay local(*ray_, piece.patch, enter_[lane_]);
         Subdivision(pieces, piece, *ray_, local, nearest_, normal(pieces), workspace).find();
@@ -208,7 +208,7 @@ private:
     // cuts, subdivision takes over: it derives the control points of smaller parts from larger ones.
     static constexpr int most_cuts = 4;
     struct Open {
-        Part part;
+        UvRange part;
         int cuts;
     };
     Open open_[most_cuts + 1];

@@ -48,7 +48,7 @@ struct LocalRay {
 };
 
 /// A part of a patch's parameters.
-struct Part {
+struct UvRange {
     float low[2], size[2];
 };
 
@@ -72,7 +72,7 @@ public:
     void clear() { count_ = 0; }
 
     /// Fills the next lane; the search begins at u and v. If `normal` is given, control points are tested first.
-    void add(const Ray& ray, const LocalRay& local, std::uint32_t patch, const Part& part, float u, float v,
+    void add(const Ray& ray, const LocalRay& local, std::uint32_t patch, const UvRange& part, float u, float v,
              const Float4* normal = nullptr) {
         const int lane = count_++;
         for (int axis = 0; axis < 3; ++axis) {

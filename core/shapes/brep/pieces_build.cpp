@@ -56,7 +56,7 @@ struct Piece {
 };
 
 /// A part of a patch: its parameters and control points.
-struct Part {
+struct SubPatch {
     double low[2] = {0, 0}, high[2] = {1, 1};
     int halvings[2] = {0, 0};
     std::size_t rows = 0, columns = 0;
@@ -70,8 +70,8 @@ struct Part {
     }
 
     /// The lower and the upper half along u (0) or v (1).
-    [[nodiscard]] std::pair<Part, Part> halves(int along) const {
-        std::pair<Part, Part> result{*this, *this};
+    [[nodiscard]] std::pair<SubPatch, SubPatch> halves(int along) const {
+        std::pair<SubPatch, SubPatch> result{*this, *this};
         auto& [lower, upper] = result;
         ++lower.halvings[along], ++upper.halvings[along];
         lower.high[along] = upper.low[along] = (low[along] + high[along]) / 2;
@@ -119,7 +119,7 @@ struct Fit {
     double lean[2] = {HUGE_VAL, HUGE_VAL};     // if so: bounds of their products with along_u and along_v, relative to the product with `normal`
 
     /// If `leans` is false, omits the deviation of normals, the slowest part.
-    Fit(const Part& part, bool leans, Work& work) {
+    Fit(const SubPatch& part, bool leans, Work& work) {
         const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
         const Vec3d &a = part.points[0], &b = part.points[last_column];
         const Vec3d &c = part.points[last_row], &d = part.points[last_row + last_column];
@@ -145,7 +145,7 @@ struct Fit {
 
 private:
     /// Takes the coordinate axes for pieces that are lines or points, long enough to contain them.
-    void use_axes(const Part& part) {
+    void use_axes(const SubPatch& part) {
         Vec3d low = part.points[0], high = low;
         for (const Vec3d& x : part.points) {
             for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
@@ -156,7 +156,7 @@ private:
         dual_u = {1 / size, 0, 0}, dual_v = {0, 1 / size, 0};
     }
 
-    void measure(const Part& part) {
+    void measure(const SubPatch& part) {
         const Vec3d z = has_area() ? normal : Vec3d{0, 0, 1};
         const auto p = static_cast<double>(part.rows - 1), q = static_cast<double>(part.columns - 1);
         for (std::size_t i = 0; i < part.rows; ++i) {
@@ -195,7 +195,7 @@ private:
     /// factor in u and one in v, such as surfaces of revolution: this holds for rational curves (Floater, "Derivatives
     /// of rational Bezier curves", 1992). For other pieces it holds for w (S - o), for every o on the ray: points o
     /// near the piece are as far from its centre as its points, which adds slightly to the deviation.
-    void measure_lean(const Part& part, Work& work) {
+    void measure_lean(const SubPatch& part, Work& work) {
         double radius = 0;
         for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
         const bool products = part.weights_are_products();
@@ -274,7 +274,7 @@ private:
     }
 
     void cut_next(bool is_last) {
-        Part part = std::move(open_.back());
+        SubPatch part = std::move(open_.back());
         open_.pop_back();
         std::size_t visited = 0;
         const TrimRegion::Coverage coverage = is_last ? TrimRegion::Coverage::some : patch_->coverage(domain(part), &visited);
@@ -297,7 +297,7 @@ private:
 
     /// Trims off invisible margins, in multiples of a step, so that parameters and their halves stay exact in float32.
     /// False if nothing is left.
-    bool shrink(Part& part) {
+    bool shrink(SubPatch& part) {
         constexpr double step = 0x1p-12, slack = 1e-6, worth_it = 0.9;
         std::size_t visited = 0;
         const Domain seen = patch_->extent(domain(part), &visited);
@@ -319,7 +319,7 @@ private:
     }
 
     /// The longest line of a part's control points along u (0) or v (1).
-    static double side(const Part& part, int along) {
+    static double side(const SubPatch& part, int along) {
         const std::size_t step = along ? 1 : part.columns, count = along ? part.columns : part.rows;
         double longest = 0;
         for (std::size_t line = 0; line < part.points.size() / count; ++line) {
@@ -332,7 +332,7 @@ private:
     }
 
     /// An upper bound of a part's extent across its longest side.
-    static double width(const Part& part) {
+    static double width(const SubPatch& part) {
         double longest = 0, area = 0;
         for (const Vec3d& a : part.points) longest = std::max(longest, length(a - part.points[0]));
         for (const Vec3d& a : part.points) {
@@ -343,12 +343,12 @@ private:
         return longest > 0 ? 2 * area / longest : 0;
     }
 
-    [[nodiscard]] Domain domain(const Part& part) const {
+    [[nodiscard]] Domain domain(const SubPatch& part) const {
         return {patch_->face_u(part.low[0]), patch_->face_u(part.high[0]), patch_->face_v(part.low[1]),
                 patch_->face_v(part.high[1])};
     }
 
-    void emit(const Part& part, const Fit& fit, bool trimmed) {
+    void emit(const SubPatch& part, const Fit& fit, bool trimmed) {
         Piece piece;
         const Vec3d normal = fit.has_area() ? fit.normal : Vec3d{0, 0, 1};
         const double height = 0.5 * (fit.highest - fit.lowest) + box_margin * fit.size() + rounding;
@@ -373,7 +373,7 @@ private:
     }
 
     /// Classifies the cells u.. and v.., `count` in each direction. Cells are slightly enlarged to allow for rounding.
-    void classify(const Part& part, TrimCells& cells, int u, int v, int count) {
+    void classify(const SubPatch& part, TrimCells& cells, int u, int v, int count) {
         constexpr double beyond = 1e-3 / TrimCells::side, rounding = 2e-7;  // in sizes of the piece, and in parameters of the patch
         const auto at = [&](std::size_t k, int cell, double sign) {
             const double size = part.high[k] - part.low[k];
@@ -400,7 +400,7 @@ private:
     const Patch* patch_;
     Work work_;
     bool started_ = false;
-    std::vector<Part> open_;
+    std::vector<SubPatch> open_;
     std::vector<Piece> pieces_;
 };
 

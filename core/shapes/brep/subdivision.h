@@ -20,8 +20,8 @@ struct Piece {
     std::uint32_t patch_index;
     std::uint32_t number;   // among all pieces
     const TrimCells* trim;  // null if it is fully visible
-    Part whole;             // its parameters
-    Part part;              // the parameters to search
+    UvRange whole;          // its parameters
+    UvRange part;           // the parameters to search
 
     /// `some` if the point is outside the face's region but within the margin.
     [[nodiscard]] TrimRegion::Coverage coverage(float u, float v) const {
@@ -67,7 +67,7 @@ struct Nearest {
 
 /// A part of a patch with any number of hits. Its control points in the ray's frame are in a slot of the workspace.
 struct Net {
-    Part part;
+    UvRange part;
     float nearest;  // lower bound of t, from the local ray's start
     std::size_t slot;
 };
@@ -118,7 +118,7 @@ public:
     }
 
     void find() {
-        const Part& part = piece_.part;
+        const UvRange& part = piece_.part;
         open_.clear();
         if (points_.size() < size_) points_.resize(size_);
         const float* from = pieces_.control_points[piece_.patch.control_points].data();
@@ -170,7 +170,7 @@ private:
     }
 
     /// Opens a part, unless the ray misses it.
-    void push(const Part& part, std::size_t slot) {
+    void push(const UvRange& part, std::size_t slot) {
         Float4 low = points_[slot * size_], high = low;
         for (std::size_t i = slot * size_ + 1; i < (slot + 1) * size_; ++i) {
             low = min(low, points_[i]), high = max(high, points_[i]);
@@ -182,7 +182,7 @@ private:
     }
 
     void look_into(const Net& net) {
-        const Part& part = net.part;
+        const UvRange& part = net.part;
         const Differences in_u = differences(net, 0), in_v = differences(net, 1);
         const float u = part.low[0] + 0.5f * part.size[0], v = part.low[1] + 0.5f * part.size[1];
         if (never_folds(in_u, in_v)) {
@@ -198,8 +198,8 @@ private:
             return nearest_.offer(piece_, {u, v, local_.start + static_cast<double>(middle(net) / length_)});
         }
         const int along = extent[1] > extent[0];
-        Part halves[2] = {part, part};
-        for (Part& half : halves) half.size[along] *= 0.5f;
+        UvRange halves[2] = {part, part};
+        for (UvRange& half : halves) half.size[along] *= 0.5f;
         halves[1].low[along] += halves[1].size[along];
         if (points_.size() < (net.slot + 2) * size_) points_.resize((net.slot + 2) * size_);
         const Float4* corners = &points_[net.slot * size_];

@@ -74,13 +74,13 @@ std::vector<std::array<double, 3>> Cells::outline() const {
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
     Ends along_x(0);
-    struct Part {
+    struct Cube {
         Corner low;
         int side;  // in smallest boxes
     };
     constexpr int finest_side = static_cast<int>(finest / tolerance);
     const auto coordinate = [](int corner) { return static_cast<float>(corner) * tolerance - 1; };
-    std::vector<Part> open, halves;
+    std::vector<Cube> open, halves;
     for (const Cell& cell : cells_) {
         Interruption::check();
         const Code code = this->code(cell.code);
@@ -88,7 +88,7 @@ std::vector<std::array<double, 3>> Cells::outline() const {
         for (std::size_t axis = 0; axis < 3; ++axis) low[axis] = static_cast<std::uint16_t>(finest_side * cell.at[axis]);
         open.assign(1, {low, finest_side * side(cell.level)});
         while (!open.empty()) {
-            const Part part = open.back();
+            const Cube part = open.back();
             open.pop_back();
             if (along_x.surround(part.low, part.side)) continue;
             if (part.side == 1) {
@@ -101,7 +101,7 @@ std::vector<std::array<double, 3>> Cells::outline() const {
             }
             halves.clear();
             for (int i = 0; i < 8; ++i) {
-                Part half{part.low, part.side / 2};
+                Cube half{part.low, part.side / 2};
                 for (std::size_t axis = 0; axis < 3; ++axis) half.low[axis] += (i >> axis & 1) * half.side;
                 halves.push_back(half);
             }
@@ -109,7 +109,7 @@ std::vector<std::array<double, 3>> Cells::outline() const {
                 const int lanes = std::min(8 - start, kernels.lanes);
                 BoxBatch boxes{};
                 for (int lane = 0; lane < lanes; ++lane) {
-                    const Part& half = halves[static_cast<std::size_t>(start + lane)];
+                    const Cube& half = halves[static_cast<std::size_t>(start + lane)];
                     for (int axis = 0; axis < 3; ++axis) {
                         const int at = half.low[static_cast<std::size_t>(axis)];
                         boxes.low[axis][lane] = coordinate(at), boxes.high[axis][lane] = coordinate(at + half.side);

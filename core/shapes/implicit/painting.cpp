@@ -99,7 +99,7 @@ Painting::Painting(ColorTape tape, const Cells& cells) : tape_(std::move(tape)) 
 std::uint32_t Painting::number_of(const LoweredCode& code, std::uint32_t first) {
     const std::size_t count = code.instructions.size();
     for (auto number = static_cast<std::uint32_t>(parts_.size()); number-- > first;) {  // neighbours often have equal code
-        const Part& part = parts_[number];
+        const Program& part = parts_[number];
         if (part.count == count && part.results == code.results &&
             std::memcmp(instructions_.data() + part.first, code.instructions.data(), count * sizeof(Instruction)) == 0) {
             return number;
@@ -122,7 +122,7 @@ void Painting::operator()(std::span<const Vec3> points, std::span<Vec3> colors) 
     const auto lanes = static_cast<std::size_t>(kernels.lanes);
     const auto part_of = [&](std::uint32_t i) { return part_at(points[i]); };
     for_each_batch(points.size(), static_cast<std::uint32_t>(parts_.size()), lanes, part_of, [&](std::uint32_t number, Items items) {
-        const Part& part = parts_[number];
+        const Program& part = parts_[number];
         const Code code{instructions_.data() + part.first, part.count, part.registers, part.results[0], false};
         float point[3][max_lanes], color[3][max_lanes];
         const float* const axes[3] = {point[0], point[1], point[2]};
@@ -138,7 +138,7 @@ void Painting::operator()(std::span<const Vec3> points, std::span<Vec3> colors) 
 }
 
 std::size_t Painting::bytes() const {
-    return tape_.bytes() + instructions_.capacity() * sizeof(Instruction) + parts_.capacity() * sizeof(Part) + part_in_.capacity() * sizeof(std::uint32_t);
+    return tape_.bytes() + instructions_.capacity() * sizeof(Instruction) + parts_.capacity() * sizeof(Program) + part_in_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace bob

@@ -28,7 +28,7 @@ private:
     /// Boxes along an axis, on the two levels of the cells.
     static constexpr int side = 16;
 
-    struct Part {
+    struct Program {
         std::size_t first, count;  // instructions
         int registers;
         std::array<int, 3> results;
@@ -39,7 +39,7 @@ private:
 
     ColorTape tape_;
     std::vector<Instruction> instructions_;
-    std::vector<Part> parts_;             // the first is the whole
+    std::vector<Program> parts_;             // the first is the whole
     std::vector<std::uint32_t> part_in_;  // of each box
 };
 
