@@ -38,7 +38,7 @@ Two faces sample the same edge within a thousandth of a step, plus the distance 
 """
 
 
-class Part(NamedTuple):
+class FaceMesh(NamedTuple):
     """The mesh of one face."""
 
     points: Values  # (n, 3)
@@ -50,7 +50,7 @@ class Part(NamedTuple):
 
 def tessellated(brep: Brep, step: float) -> Mesh:
     """Return the mesh of a brep; see `Brep.mesh`."""
-    parts: list[Part] = []
+    parts: list[FaceMesh] = []
     colors = brep.face_colors
     count = 0
     for i, face in enumerate(brep.faces):
@@ -73,7 +73,7 @@ def tessellated(brep: Brep, step: float) -> Mesh:
 # ---- One face ------------------------------------------------------------------------------------------------------
 
 
-def tessellated_face(face: Face, step: float, max_triangles: int, color: NDArray[np.float32] | None = None) -> Part:
+def tessellated_face(face: Face, step: float, max_triangles: int, color: NDArray[np.float32] | None = None) -> FaceMesh:
     """Return the mesh of a face, of at most `max_triangles` triangles; ValueError if its trims cross."""
     grid = _Grid(face, step, max_triangles)
     loops = border(face, step)
@@ -94,7 +94,7 @@ def tessellated_face(face: Face, step: float, max_triangles: int, color: NDArray
     sides: I32 = np.ascontiguousarray(place[edges[edges[:, 0] != edges[:, 1]]])
     triangles = _core.triangulate(np.ascontiguousarray(whole[order], np.int32), sides)
     at = np.concatenate([uv, inner])[order]
-    return Part(points_at(face, at), triangles, int(np.count_nonzero(order < len(uv))), color, at)
+    return FaceMesh(points_at(face, at), triangles, int(np.count_nonzero(order < len(uv))), color, at)
 
 
 def border(face: Face, step: float) -> list[Values]:
@@ -294,7 +294,7 @@ def _angle(a: Values, b: Values) -> Values:
 # ---- All faces -----------------------------------------------------------------------------------------------------
 
 
-def _joined(parts: list[Part], weld: float) -> Mesh:
+def _joined(parts: list[FaceMesh], weld: float) -> Mesh:
     points = np.concatenate([part.points for part in parts])
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
     on_border = np.concatenate([start + np.arange(part.borders) for start, part in zip(starts, parts, strict=False)])
