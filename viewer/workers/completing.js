@@ -57,12 +57,12 @@ const WARM_UPS = 3;
 const MOST_WHOLE = 2 ** 22; // pixels of resting pictures with a G-buffer, for their difference from the first one
 
 /**
- * @typedef {{core: Core, completers: Map<Model, Completer>, standIn: Model, predictor: ErrorPredictor}} Parts
+ * @typedef {{core: Core, completers: Map<Model, Completer>, standIn: Model, predictor: ErrorPredictor}} Networks
  *   completers: by network name; standIn: the network that is always available
  */
-/** @type {(parts: Parts) => void} */
+/** @type {(networks: Networks) => void} */
 let start;
-/** @type {Promise<Parts>} */
+/** @type {Promise<Networks>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
@@ -128,7 +128,7 @@ const isOld = (batch) => Math.max(view?.batch.id ?? 0, rest?.batch.id ?? 0, lit?
 /** The G-buffer that a view is completed from. @param {View} view */
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 
-/** Adds the samples of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
+/** Adds the samples of the newest view. @param {Networks} networks @param {Samples} part @param {boolean} isShared @returns {View} */
 function taken({ core, standIn }, { batch, isColored, pixels, samples, expected, covered }, isShared) {
   const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
@@ -159,11 +159,11 @@ function taken({ core, standIn }, { batch, isColored, pixels, samples, expected,
 
 /** @param {Help} asked @param {MessagePort} leader */
 async function help(asked, leader) {
-  const parts = await starting;
+  const networks = await starting;
   if (asked.kind === "samples") {
-    taken(parts, asked.part, false);
+    taken(networks, asked.part, false);
   } else {
-    const { model, band } = asked, network = parts.completers.get(model)?.network;
+    const { model, band } = asked, network = networks.completers.get(model)?.network;
     if (!network || !view) return leader.postMessage(null);
     const { width } = view.gbuffer, rows = network.complete(view.gbuffer, band).slice(band.begin * width, band.end * width);
     leader.postMessage(rows, [rows.buffer]);
@@ -174,13 +174,13 @@ async function help(asked, leader) {
 async function gather(part, tracer) {
   const { batch, expected } = part, { height, width } = batch;
   if (isOld(batch)) return;
-  const parts = await starting, { completers, standIn } = parts;
+  const networks = await starting, { completers, standIn } = networks;
   const begun = performance.now(), isNew = view?.batch.view !== batch.view;
   const isShared = isNew ? helpers.areWorth(part) : view?.isShared === true;
   if (isShared) helpers.share(part);
   endRest();
   lit = undefined;
-  const current = taken(parts, part, isShared);
+  const current = taken(networks, part, isShared);
   if (expected) tracer.postMessage(expected, [expected.buffer]);
 
   const { traced } = current.gbuffer, wanted = part.model;
@@ -208,7 +208,7 @@ function endRest() {
 /**
  * Begins a resting picture with the last one, enlarged.
  *
- * @param {Parts} parts @param {Batch} batch @param {boolean} isColored
+ * @param {Networks} networks @param {Batch} batch @param {boolean} isColored
  * @returns {Promise<Rest>}
  */
 async function beginRest({ core }, batch, isColored) {
@@ -241,9 +241,9 @@ function finishRest(rest, gbuffer) {
 async function gatherRest(part) {
   const { batch, isColored } = part, { height, width } = batch;
   if (isOld(batch)) return;
-  const parts = await starting, begun = performance.now();
+  const networks = await starting, begun = performance.now();
   lit = undefined;
-  if (rest?.batch.view !== batch.view) rest = await beginRest(parts, batch, isColored);
+  if (rest?.batch.view !== batch.view) rest = await beginRest(networks, batch, isColored);
   const current = rest, { gbuffer, image } = current;
   current.batch = batch;
   if (part.kind === "rows") {
@@ -261,7 +261,7 @@ async function gatherRest(part) {
     current.rows = height;
     current.isSmoothed = part.isLast;
   }
-  const { model } = view ?? { model: parts.standIn };
+  const { model } = view ?? { model: networks.standIn };
   picture = {
     batch, bitmap: await restPainted(current), expected: NaN, traced: current.rows * width, isSmoothed: current.isSmoothed, isLined: current.isLined, completing: 0,
     total: performance.now() - begun, backend: "wasm", model, wanted: model, error: current.error,
