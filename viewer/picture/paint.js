@@ -27,11 +27,11 @@ function level(value) {
   return (0xff000000 | byte[0] * 0x010101) >>> 0;
 }
 
+/** The level of sRGB, 0..255, not rounded. @param {number} value linear, 0..1 */
+export const levelOf = (value) => 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
+
 /** sRGB by a table of linear values, fine enough for each of its 256 steps. @param {number} exposure factor of the values */
-const tableOf = (exposure) => Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
-  const value = exposure * i / 2 ** 14;
-  return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
-});
+const tableOf = (exposure) => Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => levelOf(exposure * i / 2 ** 14));
 
 let exposed = 1, SRGB = tableOf(exposed);
 
