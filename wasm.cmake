@@ -3,8 +3,8 @@
 # and with the networks alone, viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
 # `ziglang`; without that wheel, the package is built without them.
 #
-# The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
-# own cache. Exceptions need three sources of that library which zig leaves out.
+# The first build on a machine compiles zig's C library, which takes half a minute; zig keeps it in its own cache. Of its C++ library,
+# which would take another minute, only the sources that the modules need are compiled; zig itself leaves those of exceptions out.
 execute_process(
   COMMAND ${Python_EXECUTABLE} -c "import ziglang; print(ziglang.__path__[0])"
   OUTPUT_VARIABLE zig OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
@@ -20,38 +20,12 @@ set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -W
   -matomics -mbulk-memory -U_LIBCPP_HAS_THREADS -D_LIBCPP_HAS_THREADS=1 -D_LIBCPP_HAS_THREAD_API_PTHREAD=1)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
-# All else runs once for each shape, or leaves the work to kernels: it is to be small, since pages fetch it.
-set(fast_sources
-  core/base/bvh.cpp
-  core/base/color.cpp
-  core/files/binary.cpp
-  core/files/inflate.cpp
-  core/files/welding.cpp
-  core/completion/guided.cpp
-  core/completion/guided_fit.cpp
-  core/completion/guided_samples.cpp
-  core/completion/guided_surfaces.cpp
-  core/light/edges.cpp
-  core/light/light_history.cpp
-  core/light/lighting.cpp
-  core/formula/graph.cpp
-  core/formula/mesh_distance.cpp
-  core/formula/tape.cpp
-  core/nurbs/trim.cpp
-  core/shapes/implicit/cells_build.cpp
-  core/shapes/implicit/implicit.cpp
-  core/shapes/mesh/triangles.cpp
-  core/shapes/tube/tube.cpp
-  core/sampling/adaptive.cpp
-  core/reprojection/history.cpp
-  core/sampling/refresh.cpp
-  core/sampling/squares.cpp
-  core/tracing/scene.cpp)
 # Zig itself takes -Oz for -Os.
 set(small_flags -Os -Xclang -Oz)
 set(exception_flags -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false)
-set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
-  -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
+set(library_flags -O2 -std=c++23 -w -fvisibility=hidden -matomics -mbulk-memory -DNDEBUG -D_LIBCPP_BUILDING_LIBRARY
+  -D_LIBCXXABI_BUILDING_LIBRARY -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -DLIBCXXABI_NON_DEMANGLING_TERMINATE
+  -DLIBC_NAMESPACE=__llvm_libc_common_utils -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src -I ${zig}/lib/libcxx/libc)
 
 # Stores the path of the precompiled standard headers for these flags in `parsed`: parsing them takes half of a compilation.
 function(precompile_standard_headers parsed)
@@ -82,7 +56,7 @@ endfunction()
 function(compile_wasm objects name source)
   set(object ${CMAKE_BINARY_DIR}/wasm/${name}.o)
   set(parsed)
-  if(source MATCHES "/core/.*[.]cpp$")
+  if(source MATCHES "[.]cpp$" AND source MATCHES "/core/|^${CMAKE_BINARY_DIR}/wasm/")
     precompile_standard_headers(parsed ${ARGN})
   endif()
   add_custom_command(
@@ -103,17 +77,46 @@ file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wasm/headers.h CONTENT "${includes}\n"
 # First, so that the library's own parts are not taken.
 compile_wasm(runtime runtime ${PROJECT_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
 compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -matomics -mbulk-memory -I ${zig}/lib/libunwind/include)
-foreach(name cxa_exception cxa_personality)
-  compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
+# An archive, whose parts bindings/wasm_threads.cpp may replace.
+foreach(name abort_message cxa_aux_runtime cxa_default_handlers cxa_exception cxa_exception_storage cxa_guard cxa_handlers cxa_personality
+    cxa_virtual fallback_malloc private_typeinfo stdlib_exception stdlib_stdexcept stdlib_typeinfo)
+  compile_wasm(library_objects libcxxabi.${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${library_flags})
 endforeach()
+foreach(name algorithm charconv exception functional hash memory new new_handler new_helpers optional ryu/d2fixed ryu/d2s ryu/f2s
+    stdexcept string variant)
+  get_filename_component(object ${name} NAME)
+  compile_wasm(library_objects libcxx.${object} ${zig}/lib/libcxx/src/${name}.cpp ${library_flags})
+endforeach()
+set(library ${CMAKE_BINARY_DIR}/wasm/libcxx.a)
+add_custom_command(
+  OUTPUT ${library}
+  COMMAND ${CMAKE_COMMAND} -E rm -f ${library}
+  COMMAND ${Python_EXECUTABLE} -m ziglang ar qcs ${library} ${library_objects}
+  DEPENDS ${library_objects}
+  COMMENT "Archiving the C++ library for WebAssembly"
+  VERBATIM)
 foreach(part completion tracing light)
+  set(groups)
   foreach(source ${${part}_sources})
-    wasm_name(name ${source})
     set(further_flags ${small_flags})
-    if(source IN_LIST fast_sources)
+    set(set ${part}_small)
+    if(source IN_LIST hot_sources)
       set(further_flags)
+      set(set ${part}_fast)
     endif()
-    compile_wasm(${part}_objects ${name} ${PROJECT_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
+    group_source(group ${set} ${source})
+    if(NOT BOBROSSNET_UNITY)
+      wasm_name(group ${source})
+    endif()
+    list(APPEND groups ${group})
+    string(APPEND includes_of_${group} "#include \"${PROJECT_SOURCE_DIR}/${source}\"\n")
+    set(flags_of_${group} ${further_flags})
+  endforeach()
+  list(REMOVE_DUPLICATES groups)
+  foreach(group ${groups})
+    set(source ${CMAKE_BINARY_DIR}/wasm/${group}.cpp)
+    file(CONFIGURE OUTPUT ${source} CONTENT "${includes_of_${group}}")
+    compile_wasm(${part}_objects ${group} ${source} ${wasm_flags} ${flags_of_${group}})
   endforeach()
   foreach(source ${${part}_kernels})
     wasm_name(name ${source})
@@ -138,7 +141,7 @@ compile_wasm(shapes_objects wasm_shapes ${PROJECT_SOURCE_DIR}/bindings/wasm_shap
 compile_wasm(shapes_objects wasm_3mf ${PROJECT_SOURCE_DIR}/bindings/wasm_3mf.cpp ${wasm_flags} ${small_flags})
 compile_wasm(drawing_objects wasm_drawing ${PROJECT_SOURCE_DIR}/bindings/wasm_drawing.cpp ${wasm_flags} ${small_flags})
 
-# One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
+# One machine for all modules, with atomics: zig compiles its C library once for each machine.
 set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
 
 # Links objects to the module NAME.wasm, with `link_flags`.
@@ -146,8 +149,8 @@ function(link_wasm name)
   set(module ${CMAKE_BINARY_DIR}/wasm/${name}.wasm)
   add_custom_command(
     OUTPUT ${module}
-    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${machine} ${link_flags} ${runtime} ${ARGN} -o ${module}
-    DEPENDS ${runtime} ${ARGN}
+    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${machine} ${link_flags} ${runtime} ${ARGN} -nostdlib++ ${library} -o ${module}
+    DEPENDS ${runtime} ${ARGN} ${library}
     COMMENT "Linking ${name}.wasm"
     VERBATIM)
   set(wasm_modules ${wasm_modules} ${module} PARENT_SCOPE)
