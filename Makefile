@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Hundreds of tests start Python, which keeps what it has compiled unless this is set.
+export PYTHONDONTWRITEBYTECODE :=
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
 .PHONY: demo page dev quick test style mypy mypy-windows core-tests sanitized docs bench bench-web report quality yyjson npm types clean

@@ -2,9 +2,6 @@
 
 import inspect
 import pickle
-import re
-import subprocess
-import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -936,28 +933,8 @@ def test_programs_are_traced():
     assert 0.1 < (seen.gray > 0).mean() < 0.5
 
 
-TYPED = """
-from bobrossnet.sdf import *
-
-f = sphere(1) & box(1.5)
-f -= cylinder(0.5).orient(X)
-reveal_type(f | sphere(2).k(0.1))
-reveal_type(circle(1) - rectangle(1))
-sphere(1) | circle(1)
-"""
-
-
-def test_type_checkers_know_the_words_and_the_operators(tmp_path):
+def test_the_module_has_all_words():
     words = {word.name for word in sdf.words.WORDS if word.kind != "easing"}
     assert words < set(sdf.__all__) == {name for name in vars(sdf) if name in sdf.__all__}
     modules = (sdf.d2, sdf.d3, sdf.custom, sdf.lettering, sdf.masks, sdf.meshes)
     assert set(sdf.__all__) >= {name for module in modules for name in module.__all__}
-    (tmp_path / "typed.py").write_text(TYPED)
-    command = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--follow-imports=silent", "typed.py"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300)
-    told = re.findall(r"^typed.py:(\d+): (?:note|error): (.+)$", done.stdout, re.MULTILINE)
-    assert told == [
-        ("6", 'Revealed type is "bobrossnet.sdf.d3.SDF3"'),
-        ("7", 'Revealed type is "bobrossnet.sdf.d2.SDF2"'),
-        ("8", 'Unsupported operand types for | ("SDF3" and "SDF2")  [operator]'),
-    ], done.stdout + done.stderr
