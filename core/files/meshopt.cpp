@@ -145,7 +145,7 @@ private:
     std::size_t next_ = 0;
 };
 
-Buffer triangles(Bytes from, std::size_t count, std::size_t stride) {
+Buffer triangle_list(Bytes from, std::size_t count, std::size_t stride) {
     if (count % 3) refuse({"count: expected three indices for each triangle, got ", std::to_string(count)});
     constexpr std::size_t pairs = 16;
     Stream stream(from);
@@ -280,7 +280,7 @@ void unfilter(Buffer& bytes, std::size_t stride, std::string_view filter) {
 }  // namespace
 
 std::vector<std::uint8_t> meshopt_decoded(Bytes from, std::size_t count, std::size_t stride, std::string_view mode, std::string_view filter) {
-    if (mode == "TRIANGLES") return triangles(from, count, stride);
+    if (mode == "TRIANGLES") return triangle_list(from, count, stride);
     if (mode == "INDICES") return sequence(from, count, stride);
     if (mode != "ATTRIBUTES") refuse({"mode: expected ATTRIBUTES, TRIANGLES or INDICES, got ", quoted(mode)});
     Buffer result = vertices(from, count, stride);

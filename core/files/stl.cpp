@@ -65,9 +65,9 @@ Part read_binary(Bytes bytes, std::size_t count) {
 }
 
 /// Reads a text word by word: some writers put facets, or the whole file, on one line.
-class Text {
+class TextSolid {
 public:
-    explicit Text(std::string_view text) : lines_(text), welding_(3 * (text.size() / 256)) {}
+    explicit TextSolid(std::string_view text) : lines_(text), welding_(3 * (text.size() / 256)) {}
 
     std::vector<Part> read() && {
         while (lines_.next()) {
@@ -151,7 +151,7 @@ Contents read_stl(Bytes bytes, Beside&) {
     const bool is_text = is_word(trimmed(head).substr(0, 5), "solid") && head.find('\0') == std::string_view::npos;
     Contents contents;
     if (!is_exact && is_text) {
-        contents.parts = Text(text).read();
+        contents.parts = TextSolid(text).read();
     } else if (is_exact || (count > 0 && bytes.size() >= header && (bytes.size() - header) / facet >= count)) {
         contents.parts.push_back(read_binary(bytes, count));
     } else {

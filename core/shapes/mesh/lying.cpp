@@ -16,9 +16,9 @@ constexpr std::size_t cells = 16;  // of the bounding box along each axis, for t
 /// other; of 32 machine parts, which have no up axis, it takes 7 for lying.
 constexpr double clear = 1.65;
 
-struct Box {
+struct Extents {
     Vec3d low, high;
-    Box() { low.fill(std::numeric_limits<double>::infinity()), high.fill(-std::numeric_limits<double>::infinity()); }
+    Extents() { low.fill(std::numeric_limits<double>::infinity()), high.fill(-std::numeric_limits<double>::infinity()); }
     void add(const Vec3d& point) {
         for (std::size_t i = 0; i < 3; ++i) low[i] = std::min(low[i], point[i]), high[i] = std::max(high[i], point[i]);
     }
@@ -53,7 +53,7 @@ std::vector<Vec3d> points_on(std::span<const Vec3d> vertices, std::span<const st
 /// off the base; and the asymmetry, 1 - IoU of the occupied cells and their mirror image.
 double score(std::span<const Vec3d> inside, std::size_t up) {
     std::array<bool, cells * cells * cells> own{}, mirrored{};
-    Box near;
+    Extents near;
     Vec3d sum{};
     for (const Vec3d& point : inside) {
         sum = sum + point;
@@ -83,7 +83,7 @@ double score(std::span<const Vec3d> inside, std::size_t up) {
 
 bool seems_to_lie(std::span<const Vec3d> vertices, std::span<const std::array<std::int32_t, 3>> triangles) {
     std::vector<Vec3d> inside = points_on(vertices, triangles);
-    Box box;
+    Extents box;
     for (const Vec3d& point : inside) box.add(point);
     const Vec3d size = box.high - box.low;
     if (!(size[0] > 0 && size[1] > 0 && size[2] > 0)) return false;  // empty or flat: it may lie or stand
