@@ -23,7 +23,7 @@ set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 # Zig itself takes -Oz for -Os.
 set(small_flags -Os -Xclang -Oz)
 set(exception_flags -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false)
-set(library_flags -O2 -std=c++23 -w -fvisibility=hidden -matomics -mbulk-memory -DNDEBUG -D_LIBCPP_BUILDING_LIBRARY
+set(library_flags ${small_flags} -std=c++23 -w -fvisibility=hidden -matomics -mbulk-memory -DNDEBUG -D_LIBCPP_BUILDING_LIBRARY
   -D_LIBCXXABI_BUILDING_LIBRARY -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -DLIBCXXABI_NON_DEMANGLING_TERMINATE
   -DLIBC_NAMESPACE=__llvm_libc_common_utils -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src -I ${zig}/lib/libcxx/libc)
 
