@@ -46,6 +46,12 @@ private:
     std::array<std::uint8_t, steps> byte_at_{};  // at the lower end of each step
 };
 
+/// The one table of the core.
+inline const SrgbBytes& srgb_bytes() {
+    static const SrgbBytes table;
+    return table;
+}
+
 /// Linear RGB of "#rrggbb", "#rgb" or a CSS color name; empty for any other text.
 [[nodiscard]] std::optional<std::array<double, 3>> linear_color(std::string_view text);
 

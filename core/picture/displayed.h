@@ -19,12 +19,6 @@ struct StridedPlane {
     [[nodiscard]] float operator()(int row, int column) const { return first[row * down + column * right]; }
 };
 
-/// The one table of the core.
-inline const SrgbBytes& srgb_bytes() {
-    static const SrgbBytes table;
-    return table;
-}
-
 /// Linear light as a byte of sRGB; values beyond 0..1 are clamped, and NaN is 0.
 inline std::uint8_t displayed(float linear) {
     return srgb_bytes()(linear > 0 ? std::min(linear, 1.f) : 0.f);

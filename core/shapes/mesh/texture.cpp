@@ -6,7 +6,6 @@
 
 #include "base/color.h"
 #include "base/parallel.h"
-#include "picture/displayed.h"
 
 namespace bob {
 namespace {
