@@ -26,7 +26,7 @@ constexpr double near_common_end = 1e-4;
 /// Outlines with more crossings make formulas that are too large.
 constexpr std::size_t most_cuts = 1 << 18;
 
-/// Pieces in rows by height, to find those near a point or near each other.
+/// Segments in rows by height, to find those near a point or near each other.
 class Rows {
 public:
     Rows(std::span<const Segment> segments, double margin) : segments_(segments) {

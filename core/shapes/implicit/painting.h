@@ -39,7 +39,7 @@ private:
 
     ColorTape tape_;
     std::vector<Instruction> instructions_;
-    std::vector<Program> parts_;             // the first is the whole
+    std::vector<Program> parts_;          // the first is the whole
     std::vector<std::uint32_t> part_in_;  // of each box
 };
 
