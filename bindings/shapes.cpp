@@ -242,8 +242,9 @@ void for_each_face(const Surfaces& faces, double* numbers, std::size_t size, Wri
 
 Array<double, -1, 3, 2> face_extremes(const Surfaces& faces, const Array<const double, 3, 3>& directions) {
     auto result = make_array<double, -1, 3, 2>(nb::len(faces), 3, 2);
+    const auto along = items<std::array<double, 3>>(directions);
     for_each_face(faces, result.data(), 6, [&](const bob::Face& face, double* to) {
-        for (const auto& direction : items<std::array<double, 3>>(directions)) to = std::ranges::copy(bob::extremes(face.surface, face.loops, direction), to).out;
+        for (const auto& found : bob::extremes(face.surface, face.loops, along)) to = std::ranges::copy(found, to).out;
     });
     return result;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "check.h"
+#include "nurbs/extremes.h"
 
 namespace {
 
@@ -386,5 +387,23 @@ TEST(parts_are_the_curve_or_patch_and_share_ends) {
         CHECK_EQ(high.high_u, 1);
         CHECK_LT(distance(point(low, 0.3, 0.8), point(patch, 0.3 * c, a + 0.8 * (b - a))), 1e-11);
         CHECK(edge(bob::part(patch, a, b, 0, c), 3) == edge(bob::part(patch, a, b, c, 1), 2));
+    }
+}
+
+TEST(extremes_between_samples_are_found) {
+    for (int i = 0; i <= 320; ++i) {
+        const double top = i / 320.0, start = 1 - top * top, end = 1 - (1 - top) * (1 - top);
+        bob::NurbsSurface arch{2, 1, {0, 0, 0, 1, 1, 1}, {0, 0, 1, 1}, {}};  // of height 1 - (u - top)^2
+        for (const auto& [x, z] : {std::pair{0., start}, {0.5, start + top}, {1., end}}) {
+            for (const double y : {0., 2.}) arch.control_points.push_back({x, y, z, 1});
+        }
+        const std::array<double, 3> directions[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 1}};
+        const auto found = bob::extremes(arch, {}, directions);
+        CHECK_NEAR(found[0][0], std::min(start, end), 1e-12);
+        CHECK_NEAR(found[0][1], 1, 1e-12);
+        CHECK_NEAR(found[1][0], 0, 1e-12);
+        CHECK_NEAR(found[1][1], 2, 1e-12);
+        const double leaning = std::min(top + 0.5, 1.);  // where u + height is largest
+        CHECK_NEAR(found[2][1], leaning + 1 - (leaning - top) * (leaning - top), 1e-12);
     }
 }
