@@ -325,15 +325,21 @@ void planner_completed(bob::FramePlanner* planner, bob::Completion completion, d
 EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
     planner->reprojected(pixels, seconds);
 }
-/// The divisor of a moving picture's height and width, of `pixels` at 1.
-EXPORT(frame_scale) double frame_scale(bob::FramePlanner* planner, double pixels, double seconds) { return planner->scale(pixels, seconds); }
-/// Sets the size of the pictures. before: the camera of the last picture, or null if nothing can be reprojected.
+double parallax_between(const float* before, const float* camera, std::int32_t height, std::int32_t width) {
+    return before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
+}
+/// The divisor of a moving picture's height and width. before: the camera of the last picture, or null if nothing can be reprojected.
+EXPORT(frame_scale)
+double frame_scale(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
+                   double seconds, double threads) {
+    return planner->scale(static_cast<double>(height) * width, seconds, parallax_between(before, camera, height, width), threads);
+}
+/// Sets the size of the pictures; `before` as in frame_scale.
 EXPORT(plan_frame)
 bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
                      double seconds, double threads) {
     planner->resize(static_cast<std::size_t>(height) * static_cast<std::size_t>(width));
-    const double parallax = before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
-    return planner->plan(seconds, parallax, threads);
+    return planner->plan(seconds, parallax_between(before, camera, height, width), threads);
 }
 EXPORT(frame_completion)
 bob::Completion frame_completion(const bob::FramePlanner* planner, bob::Mode mode, double known, double seconds, double threads) {

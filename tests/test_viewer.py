@@ -370,10 +370,10 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     first = page.tab.evaluate("""
         async () => {
           const { height, width, planes, image } = await bobrossnet.buffers();
-          return { mask: Array.from(planes.slice(0, height * width)), image: Array.from(image) };
+          return { size: [height, width], mask: Array.from(planes.slice(0, height * width)), image: Array.from(image) };
         }
     """)
-    mask, image = np.array(first["mask"]), np.array(first["image"], np.float32).reshape(HEIGHT, WIDTH)
+    mask, image = np.array(first["mask"]), np.array(first["image"], np.float32).reshape(first["size"])
     assert mask.sum() / mask.size == pytest.approx(page.tab.evaluate("() => bobrossnet.statistics.fraction"))
     assert_equal_pictures(page.pixels(), color_to_8_bit(image), pixels=0)
 

@@ -387,7 +387,7 @@ def in_windows(browser: Browser, url: str, scenes: dict[str, str], files: dict[s
     heading(f"SSIM in motion, as displayed, after {2 * BEFORE} steps of {STEP}°, in 33 ms: mean of three places")
     rows = []
     for file, name in scenes.items():
-        scene = bob.load(files[file])
+        scene = bob.load(files[file], up="auto")  # as the page does
         for (width, height), ratio in itertools.product(WINDOWS, RATIOS):
             window = {"width": width, "height": height}
             page = opened(browser, f"{url}?scene={file}", viewport=window, device_scale_factor=ratio)

@@ -10,6 +10,7 @@ constexpr float squares_filling[] = {0.332f, 0.293f, 0.173f, 0.0504f, 0.0115f, 0
 constexpr float adaptive_filling[] = {0.164f, 0.138f, 0.0748f, 0.0346f, 0.00552f, 0.000236f};
 constexpr float adaptive_small[] = {0.162f, 0.130f, 0.0699f, 0.0333f, 0.00555f, 0.000236f};
 constexpr float adaptive_default[] = {0.158f, 0.128f, 0.0663f, 0.0323f, 0.00553f, 0.000236f};
+constexpr float enlarged[] = {0.00f, 0.0166f, 0.0203f, 0.0296f, 0.0357f, 0.0443f, 0.0584f, 0.0706f, 0.0827f, 0.103f};  // by MovingScale::scales
 constexpr float parallaxes[] = {0.00410f, 0.0164f, 0.0328f, 0.0816f, 0.236f, 0.497f};
 constexpr float reproject[][std::size(shares)] = {
     {0.0808f, 0.0542f, 0.0311f, 0.0117f, 0.00147f, 2.06e-05f},

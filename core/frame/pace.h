@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 
 namespace bob {
 
@@ -103,13 +104,25 @@ public:
     /// The minimum divisor of the height and width such that `total` pixels at 1, for `time_per_pixel` each, take at most `time`; `max` if
     /// none does.
     double next(double total, double time_per_pixel, double time) {
-        const auto fits = [&](double scale) { return total * time_per_pixel <= (scale < last_ ? growing : 1) * time * scale * scale; };
-        const auto found = std::ranges::find_if(scales, fits);
-        return last_ = found == scales.end() ? max_ : std::min(*found, max_);
+        return next(total, time_per_pixel, time, [](double) { return 0.; });
+    }
+    /// Of these divisors, the one with the smallest error(divisor); the minimum one of several.
+    template <class Error>
+    double next(double total, double time_per_pixel, double time, Error error) {
+        double chosen = max_, min_error = std::numeric_limits<double>::infinity();
+        for (const double scale : scales) {
+            if (scale > max_ || total * time_per_pixel > (scale < last_ ? steady : 1) * time * scale * scale) continue;
+            const double expected = (scale == last_ ? steady : 1) * error(scale);
+            if (expected < min_error) min_error = expected, chosen = scale;
+        }
+        return last_ = chosen;
     }
 
+    [[nodiscard]] double last() const { return last_; }
+
 private:
-    static constexpr double growing = 0.8;  // share of the time for a larger picture than the last: else two sizes would alternate
+    /// Share of the time for a larger picture than the last, and of the last size's error: otherwise two sizes would alternate.
+    static constexpr double steady = 0.8;
 
     double last_ = 1, max_;
 };

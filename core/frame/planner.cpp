@@ -102,9 +102,17 @@ double FramePlanner::completing_pixel(Completion completion) const {
     return slowest * relative_times[index(completion)];
 }
 
-double FramePlanner::scale(double pixels, double seconds) {
-    const double measured = completing_pixel(fastest());
-    return scale_.next(pixels, measured > 0 ? measured : first_completing, seconds);
+double FramePlanner::scale(double pixels, double seconds, double parallax, double threads) {
+    static_assert(std::size(frame_errors::enlarged) == MovingScale::scales.size());
+    const double measured = completing_pixel(fastest()), last = scale_.last();
+    const double scale = scale_.next(pixels, measured > 0 ? measured : first_completing, seconds, [&](double scale) {
+        pixels_ = pixels / (scale * scale);
+        const auto at = std::ranges::find(MovingScale::scales, scale) - MovingScale::scales.begin();
+        // Only pictures of the last size can be reprojected.
+        return std::ranges::min(errors(seconds, scale == last ? parallax : infinite, threads)) + frame_errors::enlarged[at];
+    });
+    pixels_ = pixels / (scale * scale);
+    return scale;
 }
 
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
@@ -138,11 +146,13 @@ double FramePlanner::error(Mode mode, double seconds, double parallax, double th
     return expected_error(mode, completion, static_cast<float>(std::max(share, 1 / pixels_)), static_cast<float>(parallax));
 }
 
+std::array<double, mode_names.size()> FramePlanner::errors(double seconds, double parallax, double threads) const {
+    return {error(Mode::whole, seconds, 0, threads), error(Mode::squares, seconds, 0, threads), error(Mode::adaptive, seconds, 0, threads),
+            std::isfinite(parallax) ? error(Mode::reproject, seconds, parallax, threads) : infinite};
+}
+
 Mode FramePlanner::plan(double seconds, double parallax, double threads) {
-    const std::array<double, mode_names.size()> errors = {
-        error(Mode::whole, seconds, 0, threads), error(Mode::squares, seconds, 0, threads), error(Mode::adaptive, seconds, 0, threads),
-        std::isfinite(parallax) ? error(Mode::reproject, seconds, parallax, threads) : infinite};
-    const Mode chosen = best_mode(errors);
+    const Mode chosen = best_mode(errors(seconds, parallax, threads));
     for (std::size_t i = 0; i < paces_.size(); ++i) {
         if (i != index(chosen)) paces_[i].doubt();
     }

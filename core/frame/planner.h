@@ -66,8 +66,9 @@ public:
     /// are traced or reprojected.
     [[nodiscard]] Completion completion(Mode mode, double known, double seconds, double threads = 1) const;
 
-    /// The divisor of a moving picture's height and width, of `pixels` at 1: the fastest network completes it in `seconds`.
-    double scale(double pixels, double seconds);
+    /// The divisor of a moving picture's height and width, of `pixels` at 1, and sets its size. A smaller picture has a larger share of
+    /// traced pixels, but is shown enlarged; the expected error of both decides. Arguments as in `plan`.
+    double scale(double pixels, double seconds, double parallax, double threads = 1);
 
     /// The share of a frame's seconds reserved for tracing.
     [[nodiscard]] double for_tracing(Mode mode, Completion completion, double seconds) const;
@@ -105,7 +106,8 @@ private:
     [[nodiscard]] Completion fastest() const { return static_cast<Completion>(std::ranges::find(is_there_, true) - is_there_.begin()); }
     /// Seconds to complete a pixel; 0 before the first measurement.
     [[nodiscard]] double completing_pixel(Completion completion) const;
-    /// The expected error at the end of a frame; infinite if it would be late.
+    /// The expected errors of the modes at the end of a frame; infinite for a mode that would be late.
+    [[nodiscard]] std::array<double, mode_names.size()> errors(double seconds, double parallax, double threads) const;
     [[nodiscard]] double error(Mode mode, double seconds, double parallax, double threads) const;
 
     FrameConstants constants_;

@@ -197,16 +197,44 @@ TEST(completions_that_are_too_slow_give_way) {
 
 TEST(moving_pictures_are_as_small_as_completing_demands) {
     FramePlanner planner = planner_of();
-    CHECK(planner.scale(pixels, 0.033) == 1);  // nothing is measured, and 10 ns a pixel assumed
-    CHECK(planner.scale(100 * pixels, 0.033) == 4);
-    CHECK(planner.scale(pixels, 1e-6) == 8);
+    const auto scale = [&](double count, double seconds) { return planner.scale(count, seconds, never); };
+    CHECK_EQ(scale(pixels, 0.033), 1);  // nothing is measured, and 10 ns a pixel assumed
+    CHECK_EQ(scale(100 * pixels, 0.033), 4);
+    CHECK_EQ(scale(pixels, 1e-6), 8);
+    planner.traced(Mode::whole, pixels, 0.001, false);
     planner.completed(Completion::small, pixels, 0.17);  // the filling takes .6 of it
-    CHECK(planner.scale(pixels, 0.033) == 2);
+    CHECK_EQ(scale(pixels, 0.033), 2);
     planner.completed(Completion::filling, pixels, 0.04);
-    CHECK(planner.scale(pixels, 0.033) == 1.25);
+    CHECK_EQ(scale(pixels, 0.033), 1.25);
     planner.completed(Completion::filling, pixels, 0.03);  // of two medians the lower one
-    CHECK(planner.scale(pixels, 0.033) == 1.25);           // a fifth must be left before it grows
-    CHECK(planner.scale(pixels, 0.038) == 1);
+    CHECK_EQ(scale(pixels, 0.033), 1.25);                  // a fifth must be left before it grows
+    CHECK_EQ(scale(pixels, 0.038), 1);
+}
+
+TEST(moving_pictures_are_smaller_where_few_pixels_are_traced) {
+    // Seconds for all pixels by squares, and the least and the largest divisor for a frame of .033 s.
+    for (const auto& [whole, min, max] : {std::array{0.02, 1., 1.}, {0.3, 1., 1.}, {0.8, 1., 2.}, {3., 2., 4.}, {30., 3., 8.}}) {
+        FramePlanner planner = planner_of(true);
+        planner.completed(Completion::filling, pixels, 0.002);
+        planner.traced(Mode::squares, pixels / 64., whole / 64, true);
+        planner.traced(Mode::adaptive, pixels / 64., 2 * whole / 64, false);
+        const double scale = planner.scale(pixels, 0.033, never);
+        CHECK(min <= scale && scale <= max);
+        planner.traced(Mode::squares, pixels / 64., 0.9 * whole / 64, false);
+        CHECK_EQ(planner.scale(pixels, 0.033, never), scale);  // a small change does not alternate
+    }
+}
+
+TEST(a_picture_that_shows_what_was_seen_keeps_its_size) {
+    FramePlanner planner = planner_of(true);
+    planner.completed(Completion::filling, pixels, 0.002);
+    planner.reprojected(pixels, 0.004);
+    planner.traced(Mode::squares, pixels / 64., 3. / 64, true);
+    planner.traced(Mode::adaptive, pixels / 64., 3. / 64, false);
+    planner.traced(Mode::reproject, pixels / 64., 1. / 64, false);
+    CHECK_EQ(planner.scale(pixels, 0.033, 0.004), 1);
+    CHECK(planner.plan(0.033, 0.004) == Mode::reproject);
+    CHECK(planner.scale(pixels, 0.033, never) > 1);  // nothing was seen
 }
 
 TEST(calls_grow_step_by_step_to_what_there_is_time_for) {

@@ -48,21 +48,34 @@ export class FramePlanner {
     this.#core.call("planner_reprojected", this.#handle, pixels, milliseconds / 1000);
   }
 
-  /** The divisor of a moving picture's height and width. @param {number} pixels at 1 @param {number} milliseconds */
-  scale(pixels, milliseconds) {
-    return this.#core.call("frame_scale", this.#handle, pixels, milliseconds / 1000);
+  /**
+   * The divisor of a moving picture's height and width.
+   *
+   * @param {Camera | undefined} before of the last picture, if it can be reprojected @param {Camera} camera
+   *   @param {Size} size at rest
+   * @param {number} milliseconds @param {number} threads
+   */
+  scale(before, camera, size, milliseconds, threads) {
+    return this.#moving("frame_scale", before, camera, size, milliseconds, threads);
   }
 
   /**
    * Chooses the mode of a picture, and sets the size for the other methods.
    *
-   * @param {Camera | undefined} before of the last picture, if it can be reprojected @param {Camera} camera
-   *   @param {Size} size
+   * @param {Camera | undefined} before as for `scale` @param {Camera} camera @param {Size} size
    * @param {number} milliseconds @param {number} threads @returns {Mode}
    */
-  plan(before, camera, { height, width }, milliseconds, threads) {
+  plan(before, camera, size, milliseconds, threads) {
+    return MODES[this.#moving("plan_frame", before, camera, size, milliseconds, threads)];
+  }
+
+  /**
+   * @param {string} name @param {Camera | undefined} before @param {Camera} camera @param {Size} size
+   * @param {number} milliseconds @param {number} threads
+   */
+  #moving(name, before, camera, { height, width }, milliseconds, threads) {
     const last = before ? cameraValues(before) : 0;
-    return MODES[this.#core.call("plan_frame", this.#handle, last, cameraValues(camera), height, width, milliseconds / 1000, threads)];
+    return this.#core.call(name, this.#handle, last, cameraValues(camera), height, width, milliseconds / 1000, threads);
   }
 
   /**

@@ -8,7 +8,7 @@
  * completed again after each step.
  *
  * Batch n + 1 is traced while batch n is completed, so that the slower of the two determines the frame rate. The leading
- * tracer makes moving pictures as small as their time demands (core/frame/pace.h).
+ * tracer chooses the size of moving pictures (docs/frame.md).
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size

@@ -450,8 +450,8 @@ const WORKS = {
 
 /** The batch in its picture's size. @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch */
 function sized(scene, planner, batch) {
-  const { height, width, phase, budget, thickness } = batch;
-  const scale = batch.scale ?? (phase === "light" ? lightOf(scene).scale(batch) : planner.scale(height * width, budget));
+  const { camera, height, width, phase, milliseconds, parts, thickness } = batch;
+  const scale = batch.scale ?? (phase === "light" ? lightOf(scene).scale(batch) : planner.scale(view?.camera, camera, { height, width }, milliseconds, parts));
   const scaled = (/** @type {number} */ length) => Math.max(1, Math.round(length / scale));
   return { ...batch, scale, height: scaled(height), width: scaled(width), thickness: thickness && Math.max(thickness / scale, THINNEST) };
 }
