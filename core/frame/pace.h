@@ -121,7 +121,8 @@ public:
     [[nodiscard]] double last() const { return last_; }
 
 private:
-    /// Share of the time for a larger picture than the last, and of the last size's error: otherwise two sizes would alternate.
+    /// Share of the time for a larger picture than the last, and of the last size's error. With 1 for the error, sizes of six scenes
+    /// in a page change 33 to 76 times in 150 pictures; with .8, 0 to 6 times.
     static constexpr double steady = 0.8;
 
     double last_ = 1, max_;
