@@ -13,9 +13,10 @@ void (*target)(fuzz::Source) = nullptr;
 fuzz::Register::Register(const char*, void (*run)(Source)) { target = run; }
 
 /// Short allocation stacks save a fifth of the time; errors still have full stacks. The quarantine of freed memory holds one input's
-/// worth, since the default of 256 MB exceeds the cache.
+/// worth, since the default of 256 MB exceeds the cache. Each exception scans the stack of frames that have returned: at 64 KiB of
+/// them instead of 1 MiB, refused files take half the time.
 extern "C" const char* __asan_default_options() {
-    return "malloc_context_size=2:quarantine_size_mb=8:thread_local_quarantine_size_kb=64";
+    return "malloc_context_size=2:quarantine_size_mb=8:thread_local_quarantine_size_kb=64:max_uar_stack_size_log=16";
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
