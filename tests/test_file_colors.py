@@ -566,6 +566,7 @@ def test_gltf_texture_transforms(tmp_path: Path) -> None:
     plain = gltf([laid({"index": 0})], textures=[{"source": 0}], images=[{"uri": "t.png"}])
     places = mesh_of(saved(tmp_path, plain)).uv
     assert places is not None
+    invalid = {"offset": "here", "scale": [1], "rotation": None, "texCoord": []}
     for moved, expected in (
         ({"offset": [0.25, 0.5]}, places + (0.25, 0.5)),
         ({"scale": [2, -3]}, places * (2, -3)),
@@ -575,12 +576,15 @@ def test_gltf_texture_transforms(tmp_path: Path) -> None:
             np.stack([3 * places[:, 1] + 0.1, -2 * places[:, 0] + 0.2], axis=1),
         ),
         ({"texCoord": 1}, places[::-1]),
-        ({"offset": "here", "scale": [1], "rotation": None, "texCoord": []}, places),
+        (invalid, places),
     ):
         info = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
-        uv = mesh_of(saved(tmp_path, {**plain, "materials": [laid(info)]})).uv
+        scene, warned = told(saved(tmp_path, {**plain, "materials": [laid(info)]}))
+        uv = scene.instances[0].shape.uv  # type: ignore[attr-defined]
         assert uv is not None
         assert np.allclose(uv, expected, atol=1e-6)
+        names = ", ".join(f"invalid {name}" for name in sorted(invalid))
+        assert warned == ([f"a.gltf: not shown: {names}"] if moved is invalid else [])
 
 
 def test_gltf_samplers(tmp_path: Path) -> None:

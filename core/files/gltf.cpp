@@ -309,6 +309,7 @@ void Scene::draw(const Drawn& drawn) {
     Interruption::check();
     const JsonValue node = nodes_[drawn.node], attributes = drawn.primitive["attributes"];
     const bool is_skinned = bool(data_.item("skins", node["skin"])) && attributes["JOINTS_0"] && attributes["WEIGHTS_0"];
+    if (node["skin"] && !is_skinned) not_shown_.add("invalid skins");
     const std::vector<Rows> instances = instances_of(node);
     Part primitive = at_item("meshes", index_of(node["mesh"]), [&] { return read(drawn.primitive, weights_of(drawn.node)); });
     if (primitive.surface >= 0) {
@@ -435,11 +436,16 @@ Part Scene::read(JsonValue stored, const Weights& weights) {
     result.surface = surfaces_.number(stored["material"], [&](int set) { return found(name_of(set), 2, 2) != nullptr; });
     result.vertices = numbers(stored, "POSITION", 3);
     morph(result.vertices, 3, "POSITION", stored, weights);
-    if (found("NORMAL", 3, 3)) {
+    const auto shown = [&](std::string_view name, int low, int high) {
+        const Accessor* const accessor = found(std::string(name), low, high);
+        if (!accessor && attributes[name]) not_shown_.add(joined({"invalid ", name}));
+        return accessor;
+    };
+    if (shown("NORMAL", 3, 3)) {
         result.normals = numbers(stored, "NORMAL", 3);
         morph(result.normals, 3, "NORMAL", stored, weights);
     }
-    if (const Accessor* const colors = found("COLOR_0", 3, 4)) {
+    if (const Accessor* const colors = shown("COLOR_0", 3, 4)) {
         Numbers<double> values = numbers(stored, "COLOR_0", colors->width, true);
         morph(values, colors->width, "COLOR_0", stored, weights);
         for (double& value : values) value = std::clamp(value, 0., 1.);

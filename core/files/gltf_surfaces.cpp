@@ -15,57 +15,81 @@ constexpr std::string_view spec_gloss = "KHR_materials_pbrSpecularGlossiness", s
 constexpr std::string_view clearcoat = "KHR_materials_clearcoat", transmission = "KHR_materials_transmission";
 constexpr std::string_view ior = "KHR_materials_ior", volume = "KHR_materials_volume";
 
-/// A number clamped to low..high; `otherwise` if the value is no number.
-double clamped(JsonValue value, double otherwise, double low = 0, double high = 1) {
-    const std::optional<double> number = value.number();
-    return number && std::isfinite(*number) ? std::clamp(*number, low, high) : otherwise;
-}
-
-double near(JsonValue value, double otherwise) {
-    const std::optional<double> number = value.number();
-    return number && std::fabs(*number) <= max_number ? *number : otherwise;
-}
-
-/// Linear RGB of a factor, which may have an alpha.
-void set(double (&rgb)[3], JsonValue factor, double otherwise) {
-    const std::vector<JsonValue> values = factor.items();
-    for (std::size_t i = 0; i < 3; ++i) rgb[i] = clamped(i < values.size() ? values[i] : JsonValue(), otherwise);
-}
-
-std::array<double, 2> pair(JsonValue value, double otherwise) {
-    const std::vector<JsonValue> values = value.items();
-    if (values.size() != 2) return {otherwise, otherwise};
-    return {near(values[0], otherwise), near(values[1], otherwise)};
-}
-
-JsonValue moved(JsonValue info) { return info["extensions"]["KHR_texture_transform"]; }
-
 Wrap wrap_of(JsonValue number) {
     const double value = number.number().value_or(0);
     return value == 33071 ? Wrap::clamp : value == 33648 ? Wrap::mirror : Wrap::repeat;
 }
 
-/// Scaled, turned, then shifted. It turns as Khronos' sample viewer and three.js do, clockwise in the extension's own matrices.
-UvSet uv_set(JsonValue info) {
-    UvSet result;
-    const JsonValue transform = moved(info);
-    const JsonValue own = info["texCoord"], other = transform["texCoord"];
-    const double chosen = (other.number() ? other : own).number().value_or(0);
-    result.texcoord = chosen >= 0 && chosen <= 1000 && chosen == std::floor(chosen) ? static_cast<int>(chosen) : 0;
-    if (!transform.is_object()) return result;
-    const auto [u, v] = pair(transform["offset"], 0);
-    const auto [wide, high] = pair(transform["scale"], 1);
-    const double angle = near(transform["rotation"], 0), cosine = std::cos(angle), sine = std::sin(angle);
-    result.map = {cosine * wide, sine * high, u, -sine * wide, cosine * high, v};
-    return result;
+/// Replaces a diffuse colour by a base colour and metallic, with Khronos' published converter of KHR_materials_pbrSpecularGlossiness.
+void convert(const double (&specular)[3], Material& shading) {
+    constexpr double dielectric = 0.04, small = 1e-6;
+    const auto brightness = [](const double (&rgb)[3]) { return std::sqrt(0.299 * rgb[0] * rgb[0] + 0.587 * rgb[1] * rgb[1] + 0.114 * rgb[2] * rgb[2]); };
+    const double rest = (1 - std::ranges::max(specular)) / (1 - dielectric), shine = brightness(specular);
+    const double half = (brightness(shading.color) * rest + shine - 2 * dielectric) / 2;
+    const double root = std::sqrt(std::max(half * half - dielectric * (dielectric - shine), 0.0));
+    const double metallic = shine < dielectric ? 0 : std::clamp((root - half) / dielectric, 0.0, 1.0);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double of_diffuse = shading.color[k] * rest / std::max(1 - metallic, small);
+        const double of_specular = (specular[k] - dielectric * (1 - metallic)) / std::max(metallic, small);
+        shading.color[k] = std::clamp(of_diffuse + metallic * metallic * (of_specular - of_diffuse), 0.0, 1.0);
+    }
+    shading.metallic = metallic;
 }
 
 }  // namespace
 
+/// Names an invalid member among those that are not shown.
+void GltfSurfaces::check(bool is_valid, std::string_view name) {
+    if (!is_valid) not_shown_.add(joined({"invalid ", name}));
+}
+
+/// A member of a value, missing if it is no object.
+JsonValue GltfSurfaces::object(JsonValue of, std::string_view name) {
+    const JsonValue value = of[name];
+    check(!value || value.is_object(), name);
+    return value.is_object() ? value : JsonValue();
+}
+
+/// A number clamped to low..high; `otherwise` if there is none.
+double GltfSurfaces::clamped(JsonValue of, std::string_view name, double otherwise, double low, double high) {
+    const JsonValue value = of[name];
+    const double number = value.number().value_or(nan);
+    check(!value || std::isfinite(number), name);
+    return std::isfinite(number) ? std::clamp(number, low, high) : otherwise;
+}
+
+/// Sets the numbers that a list has, each clamped to low..high.
+void GltfSurfaces::set(std::span<double> to, JsonValue of, std::string_view name, double low, double high) {
+    const JsonValue value = of[name];
+    const std::vector<JsonValue> items = value.items();
+    bool is_valid = !value || items.size() == to.size();
+    for (std::size_t i = 0; i < std::min(to.size(), items.size()); ++i) {
+        const double number = items[i].number().value_or(nan);
+        is_valid = is_valid && std::isfinite(number);
+        if (std::isfinite(number)) to[i] = std::clamp(number, low, high);
+    }
+    check(is_valid, name);
+}
+
+/// Scaled, turned, then shifted. It turns as Khronos' sample viewer and three.js do, clockwise in the extension's own matrices.
+UvSet GltfSurfaces::uv_set(JsonValue info) {
+    UvSet result;
+    const JsonValue transform = object(object(info, "extensions"), "KHR_texture_transform");
+    const double chosen = clamped(transform["texCoord"] ? transform : info, "texCoord", 0, -1, 1001);
+    result.texcoord = chosen >= 0 && chosen <= 1000 && chosen == std::floor(chosen) ? static_cast<int>(chosen) : 0;
+    if (!transform.is_object()) return result;
+    double shift[2] = {0, 0}, scale[2] = {1, 1};
+    set(shift, transform, "offset", -max_number, max_number);
+    set(scale, transform, "scale", -max_number, max_number);
+    const double angle = clamped(transform, "rotation", 0, -max_number, max_number), cosine = std::cos(angle), sine = std::sin(angle);
+    result.map = {cosine * scale[0], sine * scale[1], shift[0], -sine * scale[0], cosine * scale[1], shift[1]};
+    return result;
+}
 
 int GltfSurfaces::number(JsonValue material, const std::function<bool(int)>& has) {
     const JsonValue found = data_.item("materials", material);
-    if (!found) return -1;
+    check(!material || found.is_object(), "materials");
+    if (!found.is_object()) return -1;
     const JsonValue physical = found["pbrMetallicRoughness"], glossy = found["extensions"][spec_gloss];
     std::vector<bool> sets;
     for (const JsonValue info : {physical["baseColorTexture"], physical["metallicRoughnessTexture"], glossy["diffuseTexture"]}) {
@@ -80,15 +104,14 @@ int GltfSurfaces::made(JsonValue material, const std::function<bool(int)>& has) 
     Surface surface;
     std::vector<UvSet> sets;
     if (const auto name = material["name"].text()) surface.name = *name;
-    shade(material, surface, sets, has);
-    const JsonValue factor = material["pbrMetallicRoughness"]["baseColorFactor"], extension = material["extensions"][spec_gloss];
-    const std::vector<JsonValue> factors = (extension.is_object() ? extension["diffuseFactor"] : factor).items();
+    const double alpha = shade(material, surface, sets, has);
     const auto mode = material["alphaMode"].text();
+    check(!material["alphaMode"] || mode == "OPAQUE" || mode == "MASK" || mode == "BLEND", "alphaMode");
     if (mode == "BLEND") {
         surface.opacity = Opacity::translucent;
     } else if (mode == "MASK") {
         // Instead of multiplying every alpha by the factor's, divide the cutoff by it.
-        const double cutoff = std::max(near(material["alphaCutoff"], 0.5), 0.0), alpha = factors.size() == 4 ? clamped(factors[3], 1) : 1;
+        const double cutoff = clamped(material, "alphaCutoff", 0.5, 0, max_number);
         if (alpha > 0 || cutoff > 0) {
             surface.opacity = Opacity::cutout;
             surface.alpha_cutoff = alpha > 0 ? cutoff / alpha : std::numeric_limits<double>::infinity();
@@ -99,73 +122,85 @@ int GltfSurfaces::made(JsonValue material, const std::function<bool(int)>& has) 
     return static_cast<int>(contents_.surfaces.size()) - 1;
 }
 
-void GltfSurfaces::shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has) {
-    const JsonValue extensions = material["extensions"], glossy = extensions[spec_gloss], physical = material["pbrMetallicRoughness"];
+/// Returns the alpha of the factor.
+double GltfSurfaces::shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has) {
+    const JsonValue extensions = object(material, "extensions"), glossy = object(extensions, spec_gloss);
+    const JsonValue physical = object(material, "pbrMetallicRoughness");
     Material& shading = surface.material;
-    if (glossy.is_object()) {
-        set(shading.color, glossy["diffuseFactor"], 1);
+    double factor[4] = {1, 1, 1, 1};
+    set(factor, glossy ? glossy : physical, glossy ? "diffuseFactor" : "baseColorFactor");
+    std::copy_n(factor, 3, shading.color);
+    if (glossy) {
         shading.metallic = 0;
-        shading.roughness = 1 - clamped(glossy["glossinessFactor"], 1);
-        surface.color = layer(glossy["diffuseTexture"], sets, has);
-        not_shown_.add("specular colours");
-        if (glossy["specularGlossinessTexture"].is_object()) not_shown_.add("maps of glossiness");
+        shading.roughness = 1 - clamped(glossy, "glossinessFactor", 1);
+        const JsonValue map = object(glossy, "diffuseTexture"), shine = object(glossy, "specularGlossinessTexture");
+        surface.color = layer(map, sets, has);
+        // One factor says little where colours are in pictures.
+        if (map || shine) {
+            not_shown_.add("specular colours");
+        } else {
+            double specular[3] = {1, 1, 1};
+            set(specular, glossy, "specularFactor");
+            convert(specular, shading);
+        }
+        if (shine) not_shown_.add("maps of glossiness");
     } else {
-        set(shading.color, physical["baseColorFactor"], 1);
-        shading.metallic = clamped(physical["metallicFactor"], 1);
-        shading.roughness = clamped(physical["roughnessFactor"], 1);
-        surface.color = layer(physical["baseColorTexture"], sets, has);
-        const JsonValue map = physical["metallicRoughnessTexture"];
-        if (map["index"]) surface.metallic_roughness = layer(map, sets, has, true);
+        shading.metallic = clamped(physical, "metallicFactor", 1);
+        shading.roughness = clamped(physical, "roughnessFactor", 1);
+        surface.color = layer(object(physical, "baseColorTexture"), sets, has);
+        const JsonValue map = object(physical, "metallicRoughnessTexture");
+        surface.metallic_roughness = layer(map, sets, has, true);
         if (map["index"] && surface.metallic_roughness.image < 0) shading.metallic = 0;  // the factors alone mean little
     }
-    const double intensity = clamped(extensions[strength]["emissiveStrength"], 1, 0, max_number);
-    set(shading.emissive, material["emissiveFactor"], 0);
+    const double intensity = clamped(object(extensions, strength), "emissiveStrength", 1, 0, max_number);
+    set(shading.emissive, material, "emissiveFactor");
     for (double& channel : shading.emissive) {
         channel *= intensity;
         if (channel > 1) not_shown_.add("KHR_materials_emissive_strength beyond white");
         channel = std::min(channel, 1.0);
     }
-    if (shading.emits() && material["emissiveTexture"].is_object()) {  // whose light is not known without it
+    if (const JsonValue map = object(material, "emissiveTexture"); map && shading.emits()) {  // whose light is not known without it
         not_shown_.add("emission maps");
         std::ranges::fill(shading.emissive, 0.0);
     }
-    if (material["normalTexture"].is_object()) not_shown_.add("normal maps");
-    if (material["occlusionTexture"].is_object()) not_shown_.add("occlusion maps");
-    set_clearcoat(extensions[clearcoat], shading);
+    if (object(material, "normalTexture")) not_shown_.add("normal maps");
+    if (object(material, "occlusionTexture")) not_shown_.add("occlusion maps");
+    set_clearcoat(object(extensions, clearcoat), shading);
     const bool is_glass = set_glass(extensions, surface);
     for (const auto& [name, value] : extensions.members()) {
         const bool is_of_glass = name == transmission || (is_glass && (name == ior || name == volume));
         if (name != spec_gloss && name != strength && name != clearcoat && !is_of_glass) not_shown_.add(name);
     }
+    return factor[3];
 }
 
 void GltfSurfaces::set_clearcoat(JsonValue coat, Material& shading) {
-    shading.clearcoat = clamped(coat["clearcoatFactor"], 0);
-    shading.clearcoat_roughness = clamped(coat["clearcoatRoughnessFactor"], 0);
+    shading.clearcoat = clamped(coat, "clearcoatFactor", 0);
+    shading.clearcoat_roughness = clamped(coat, "clearcoatRoughnessFactor", 0);
     if (!(shading.clearcoat > 0)) return;
-    const bool has_map = coat["clearcoatTexture"].is_object();
-    if (has_map || coat["clearcoatRoughnessTexture"].is_object()) not_shown_.add("clearcoat maps");
-    if (coat["clearcoatNormalTexture"].is_object()) not_shown_.add("normal maps");
-    if (has_map) shading.clearcoat = 0;  // whose places are unknown
+    const JsonValue map = object(coat, "clearcoatTexture"), roughness = object(coat, "clearcoatRoughnessTexture");
+    if (map || roughness) not_shown_.add("clearcoat maps");
+    if (object(coat, "clearcoatNormalTexture")) not_shown_.add("normal maps");
+    if (map) shading.clearcoat = 0;  // whose places are unknown
 }
 
 /// Whether a material is glass, whose values it sets: the boundary of a volume, or a sheet.
 bool GltfSurfaces::set_glass(JsonValue extensions, Surface& surface) {
     Material& shading = surface.material;
-    const JsonValue glass = extensions[transmission];
-    shading.transmission = clamped(glass["transmissionFactor"], 0);
+    const JsonValue glass = object(extensions, transmission);
+    shading.transmission = clamped(glass, "transmissionFactor", 0);
     if (surface.metallic_roughness.image < 0) shading.transmission *= 1 - shading.metallic;  // maps lower the factor of metal
-    if (shading.transmission > 0 && glass["transmissionTexture"].is_object()) {  // whose glass has an unknown place
+    if (const JsonValue map = object(glass, "transmissionTexture"); map && shading.transmission > 0) {  // whose glass has an unknown place
         not_shown_.add("transmission maps");
         shading.transmission = 0;
     }
     if (!(shading.transmission > 0)) return false;
-    shading.ior = clamped(extensions[ior]["ior"], 1.5, 1, max_ior);
-    const JsonValue inside = extensions[volume];
-    shading.is_thin = !(clamped(inside["thicknessFactor"], 0, 0, max_number) > 0);
+    shading.ior = clamped(object(extensions, ior), "ior", 1.5, 1, max_ior);
+    const JsonValue inside = object(extensions, volume);
+    shading.is_thin = !(clamped(inside, "thicknessFactor", 0, 0, max_number) > 0);
     if (shading.is_thin) return true;
-    set(shading.attenuation, inside["attenuationColor"], 1);
-    const double distance = inside["attenuationDistance"].number().value_or(0);
+    set(shading.attenuation, inside, "attenuationColor");
+    const double distance = clamped(inside, "attenuationDistance", 0, 0, std::numeric_limits<double>::max());
     if (distance > 0) shading.attenuation_distance = distance;
     return true;
 }
@@ -174,6 +209,7 @@ Layer GltfSurfaces::layer(JsonValue info, std::vector<UvSet>& sets, const std::f
     Layer result;
     const UvSet wanted = uv_set(info);
     const bool is_placed = has(wanted.texcoord);
+    if (info && !info["index"]) not_shown_.add("textures without an index");
     if (!info["index"]) return result;
     if (!is_placed) not_shown_.add("textures without TEXCOORD_" + std::to_string(wanted.texcoord));
     if (!is_placed && !has_mean) return result;

@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,8 +37,13 @@ public:
     [[nodiscard]] const std::vector<UvSet>& uv_sets(int surface) const { return uv_sets_[static_cast<std::size_t>(surface)]; }
 
 private:
+    void check(bool is_valid, std::string_view name);
+    JsonValue object(JsonValue of, std::string_view name);
+    double clamped(JsonValue of, std::string_view name, double otherwise, double low = 0, double high = 1);
+    void set(std::span<double> to, JsonValue of, std::string_view name, double low = 0, double high = 1);
+    UvSet uv_set(JsonValue info);
     int made(JsonValue material, const std::function<bool(int)>& has);
-    void shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has);
+    double shade(JsonValue material, Surface& surface, std::vector<UvSet>& sets, const std::function<bool(int)>& has);
     void set_clearcoat(JsonValue coat, Material& shading);
     bool set_glass(JsonValue extensions, Surface& surface);
     /// has_mean: whether the image is needed even without texture coordinates.

@@ -50,6 +50,64 @@ TEST(gltf_extensions_of_the_whole_file_are_warned_of) {
     CHECK(read_gltf(bytes_of(text), beside).warnings == std::vector<std::string>{"not shown: CESIUM_RTC"});
 }
 
+TEST(gltf_members_of_a_wrong_type_are_named_in_one_warning) {
+    const auto warned = [](const std::string& materials, const std::string& number = "0") {
+        Beside beside;
+        std::string text = triangle(R"(,"materials":)" + materials);
+        text.insert(text.find("}]}],\"nodes\""), R"(,"material":)" + number);
+        const Contents contents = read_gltf(bytes_of(text), beside);
+        CHECK(contents.warnings.size() < 2);
+        return contents.warnings.empty() ? std::string() : contents.warnings[0];
+    };
+    CHECK(warned(R"([{"pbrMetallicRoughness":{"baseColorFactor":[1,0,0,1],"metallicFactor":0}}])").empty());
+    CHECK(warned(R"([{"pbrMetallicRoughness":[{"baseColorFactor":[1,0,0,1]}]}])") == "not shown: invalid pbrMetallicRoughness");
+    CHECK(warned(R"([{"pbrMetallicRoughness":{"baseColorFactor":[1,0,0],"metallicFactor":"0","roughnessFactor":null}}])") ==
+          "not shown: invalid baseColorFactor, invalid metallicFactor, invalid roughnessFactor");
+    CHECK(warned(R"([{"emissiveFactor":["1",0,0],"normalTexture":1,"alphaMode":"mask","extensions":[]}])") ==
+          "not shown: invalid alphaMode, invalid emissiveFactor, invalid extensions, invalid normalTexture");
+    CHECK(warned(R"([{"alphaMode":"MASK","alphaCutoff":1e999,"pbrMetallicRoughness":{"baseColorTexture":{}}}])") ==
+          "not shown: invalid alphaCutoff, textures without an index");
+    CHECK(warned(R"([{"extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":[1]},"KHR_materials_pbrSpecularGlossiness":1}}])") ==
+          "not shown: invalid KHR_materials_pbrSpecularGlossiness, invalid clearcoatFactor");
+    for (const std::string wrong : {"\"0\"", "1", "-1", "0.5", "null"}) CHECK(warned("[{}]", wrong) == "not shown: invalid materials");
+    CHECK(warned("{}") == "not shown: invalid materials");
+    CHECK(warned("[1]") == "not shown: invalid materials");
+}
+
+TEST(gltf_attributes_of_other_sizes_and_skins_without_joints_are_named) {
+    Beside beside;
+    std::string text = triangle("");
+    text.insert(text.find(R"("POSITION":0)"), R"("NORMAL":1,"COLOR_0":1,)");
+    text.insert(text.find(R"(],"meshes")"), R"(,{"bufferView":0,"componentType":5121,"count":2,"type":"VEC3"})");
+    text.insert(text.find(R"(}]})", text.find("nodes")), R"(,"skin":0)");
+    CHECK(read_gltf(bytes_of(text), beside).warnings == std::vector<std::string>{"not shown: invalid COLOR_0, invalid NORMAL, invalid skins"});
+}
+
+/// Worked values: from a base colour c and metallic m, Khronos' converter makes the specular colour 0.04 + m (c - 0.04), and the
+/// diffuse colour 0.96 (1 - m) c / (1 - the largest specular component).
+TEST(gltf_specular_glossiness_becomes_metallic_roughness) {
+    const auto shading = [](const std::string& values) {
+        Beside beside;
+        std::string text = triangle(R"(,"materials":[{"extensions":{"KHR_materials_pbrSpecularGlossiness":{)" + values + "}}}]");
+        text.insert(text.find("}]}],\"nodes\""), R"(,"material":0)");
+        const Contents contents = read_gltf(bytes_of(text), beside);
+        CHECK(contents.warnings.empty());
+        return contents.surfaces.at(0).material;
+    };
+    const auto check = [](const bob::Material& material, double red, double green, double blue, double metallic, double roughness) {
+        CHECK_NEAR(material.color[0], red, 1e-9);
+        CHECK_NEAR(material.color[1], green, 1e-9);
+        CHECK_NEAR(material.color[2], blue, 1e-9);
+        CHECK_NEAR(material.metallic, metallic, 1e-9);
+        CHECK_NEAR(material.roughness, roughness, 1e-9);
+    };
+    check(shading(R"("diffuseFactor":[0,0,0,1],"specularFactor":[1,0.766,0.336],"glossinessFactor":0.75)"), 1, 0.766, 0.336, 1, 0.25);  // gold
+    check(shading(R"("diffuseFactor":[0.5,0.2,0.1,1],"specularFactor":[0.04,0.04,0.04],"glossinessFactor":0)"), 0.5, 0.2, 0.1, 0, 1);
+    check(shading(R"("diffuseFactor":[0.96,0.96,0.96,1],"specularFactor":[0,0,0])"), 1, 1, 1, 0, 0);  // of 1 / 0.96, clamped
+    check(shading(R"("diffuseFactor":[0.66206896551724,0.66206896551724,0.66206896551724,1],"specularFactor":[0.42,0.42,0.42])"), 0.8, 0.8, 0.8, 0.5, 0);
+    check(shading(""), 1, 1, 1, 1, 0);  // a mirror: all light is reflected before it can be diffuse
+}
+
 TEST(gltf_errors_name_their_place) {
     CHECK(error_of(triangle("")) == "");
     CHECK(error_of(triangle("", R"(,"byteOffset":1)")) == "accessors[0]: expected 10 bytes in its view, got 9");
