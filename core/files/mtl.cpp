@@ -121,12 +121,15 @@ MtlMaterial material_of(std::string_view own_name, const Statements& of, std::st
     result.color = map_of(statement(of, "map_kd"), library), result.mask = map_of(statement(of, "map_d"), library);
     std::ranges::copy(given_color("Kd", 1), material.color);
     std::ranges::copy(given_color("Ke", 0), material.emissive);
+    if (of.contains("map_ke")) std::ranges::fill(material.emissive, 0.0);  // which would glow everywhere without the map
     for (const auto& [name, map] : other_maps) {
         if (of.contains(name)) result.not_shown.push_back(map);
     }
     const auto first = [&](std::string_view name) { return number(Words(statement(of, name)).next()); };
     if (of.contains("pm") || of.contains("pr")) {
         material.metallic = unit(first("pm"), 0), material.roughness = unit(first("pr"), 0.5);
+        material.clearcoat = unit(first("pc"), 0), material.clearcoat_roughness = unit(first("pcr"), 0);
+        if (first("ps").value_or(0) > 0) result.not_shown.push_back("sheen");
         return result;
     }
     // Highlights of full strength are common in files and wash colours out: Ks scales the one that surfaces have here.

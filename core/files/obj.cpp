@@ -87,7 +87,13 @@ constexpr std::pair<std::string_view, std::string_view> elements_not_shown[] = {
     {"l", "lines"},
     {"p", "points"},
     {"curv", "curves"},
+    {"curv2", "curves"},
+    {"cdc", "curves"},
     {"surf", "freeform surfaces"},
+    {"bsp", "freeform surfaces"},
+    {"bzp", "freeform surfaces"},
+    {"cdp", "freeform surfaces"},
+    {"call", "files that it calls"},
 };
 
 class Obj {
@@ -108,7 +114,7 @@ public:
                 label_.reset();
                 continue;
             }
-            if (word != "v" && word != "vn" && word != "vt" && word != "f") {
+            if (word != "v" && word != "vn" && word != "vt" && word != "f" && word != "fo") {  // fo: f of old versions
                 for (const auto& [key, name] : elements_not_shown) {
                     if (word == key) not_shown_.add(name);
                 }

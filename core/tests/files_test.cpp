@@ -173,6 +173,32 @@ TEST(obj_features_that_are_not_shown_are_named) {
     CHECK((read("obj", "mtllib a.mtl\n" + square + "usemtl a\nf 1 2 3\nl 1 2\np 1\n", library).warnings ==
            std::vector<std::string>{"not shown: lines, normal maps, points, specular maps"}));
     CHECK(refusal("obj", square + "l 1 2 3\n") == "expected triangles, got none; not shown: lines");
+    CHECK((read("obj", square + "f 1 2 3\ncurv2 1 2\nbzp 1 2 3\ncall other.obj\n").warnings ==
+           std::vector<std::string>{"not shown: curves, files that it calls, freeform surfaces"}));
+    for (const char* const curve : {"curv", "curv2", "cdc"}) CHECK(refusal("obj", square + curve + " 1 2\n").ends_with("not shown: curves"));
+    for (const char* const surface : {"surf", "bsp", "bzp", "cdp"}) {
+        CHECK(refusal("obj", square + surface + " 1 2\n").ends_with("not shown: freeform surfaces"));
+    }
+}
+
+TEST(obj_faces_of_old_versions_are_faces) { CHECK(read("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nfo 1 2 3\n").parts.at(0).triangles.size() == 3); }
+
+TEST(obj_materials_have_no_light_of_a_map_that_is_not_shown) {
+    const std::string triangle = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const auto made = [&](std::string_view mtl) { return read("obj", triangle, mtl); };
+    CHECK(made("newmtl a\nKe 1 1 1\n").surfaces.at(0).material.emits());
+    const Contents mapped = made("newmtl a\nKe 1 1 1\nmap_Ke a.png\n");
+    CHECK(!mapped.surfaces.at(0).material.emits());
+    CHECK(mapped.warnings == std::vector<std::string>{"not shown: emission maps"});
+}
+
+TEST(obj_materials_have_clear_coats_and_name_sheen) {
+    const std::string triangle = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const Contents contents = read("obj", triangle, "newmtl a\nPr .5\nPc .75\nPcr .25\nPs 1\n");
+    CHECK(contents.surfaces.at(0).material.clearcoat == 0.75);
+    CHECK(contents.surfaces.at(0).material.clearcoat_roughness == 0.25);
+    CHECK(contents.warnings == std::vector<std::string>{"not shown: sheen"});
+    CHECK(read("obj", triangle, "newmtl a\nPr .5\nPs 0\n").warnings.empty());
 }
 
 TEST(stl_texts_may_be_one_line) {
