@@ -100,7 +100,8 @@ private:
     void add_vertex(std::string_view from_here) {
         double place[3];
         for (double& x : place) {
-            const std::string_view digits = words_.next();
+            std::string_view digits = words_.next();
+            if (digits.empty()) digits = word_of_a_later_line();
             if (digits.empty()) refuse_facet(from_here);
             x = coordinate(digits, from_here);
         }
@@ -108,6 +109,15 @@ private:
         const std::string_view word = ahead.next();
         if (!word.empty() && !is_word(word, "vertex") && !is_word(word, "endloop") && !is_word(word, "endfacet")) refuse_facet(from_here);
         welding_.add(place[0], place[1], place[2]);
+    }
+
+    [[gnu::noinline]] std::string_view word_of_a_later_line() {
+        std::string_view word;
+        while (word.empty() && lines_.next()) {
+            words_ = Words(lines_.line());
+            word = words_.next();
+        }
+        return word;
     }
 
     static double coordinate(std::string_view word, std::string_view from_here) {

@@ -213,6 +213,15 @@ TEST(stl_texts_may_be_one_line) {
         "expected facets of three vertices, each of three numbers, got 'vertex 1 2 3 0 0 "));
 }
 
+TEST(stl_numbers_of_a_vertex_may_be_on_several_lines) {
+    const auto facet = [](std::string_view first) {
+        return "solid a\nfacet normal 0 0 1\nouter loop\n" + std::string(first) + "vertex 1 0 0\nvertex 0 1\n0\nendloop\nendfacet\nendsolid a\n";
+    };
+    CHECK((read("stl", facet("vertex\n\n0 0\r\n  .5\n")).parts.at(0).vertices == Numbers<double>{0, 0, .5, 1, 0, 0, 0, 1, 0}));
+    CHECK(refusal("stl", facet("vertex 0 0\n")).ends_with("each of three numbers, got 'vertex 0 0'"));
+    CHECK(refusal("stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n").ends_with("each of three numbers, got 'vertex 0 0'"));
+}
+
 TEST(ply_colors_of_16_bits_and_of_bytes_in_wide_types) {
     const auto first_red = [](std::string_view type, std::string_view value) {
         std::string text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
