@@ -8,6 +8,7 @@
 #include "base/interruption.h"
 #include "files/binary.h"
 #include "files/colors.h"
+#include "files/not_shown.h"
 #include "files/polygons.h"
 #include "files/read.h"
 #include "files/split.h"
@@ -478,7 +479,12 @@ Contents read_ply(Bytes bytes, Beside&) {
     const std::string_view text = text_of(bytes);
     bytes = bytes.last(text.size());
     Header header = read_header(text);
-    // Whatever comes after the last of these, edges or materials, is of no use here.
+    NotShown not_shown;
+    for (const Element& element : header.elements) {
+        if (element.name == "edge" && element.rows) not_shown.add("lines");
+        if (element.name == "material" && element.rows) not_shown.add("materials");
+    }
+    // Whatever comes after the last of these is of no use here.
     while (!header.elements.empty() && header.elements.back().name != "vertex" && header.elements.back().name != "face" &&
            header.elements.back().name != "tristrips") {
         header.elements.pop_back();
@@ -514,6 +520,7 @@ Contents read_ply(Bytes bytes, Beside&) {
         if (!part.face_colors.empty()) part.face_colors.resize(part.triangles.size() + strips.corners.size(), 1);
         part.triangles.insert(part.triangles.end(), strips.corners.begin(), strips.corners.end());
     }
+    not_shown.report(contents, !part.triangles.empty());
     if (part.uv.empty()) {
         contents.parts.push_back(std::move(part));
         return contents;

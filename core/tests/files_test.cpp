@@ -222,6 +222,17 @@ TEST(stl_numbers_of_a_vertex_may_be_on_several_lines) {
     CHECK(refusal("stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n").ends_with("each of three numbers, got 'vertex 0 0'"));
 }
 
+TEST(ply_edges_and_materials_are_named) {
+    const auto ply = [](std::string_view faces) {
+        return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement material 1\n"
+               "property uchar diffuse_red\nelement face " + std::string(faces) +
+               "\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+               "0 0 0\n1 0 0\n0 1 0\n255\n";
+    };
+    CHECK(read("ply", ply("1") + "3 0 1 2\n0 1\n").warnings == std::vector<std::string>{"not shown: lines, materials"});
+    CHECK(refusal("ply", ply("0") + "0 1\n") == "expected triangles, got none; not shown: lines, materials");
+}
+
 TEST(ply_colors_of_16_bits_and_of_bytes_in_wide_types) {
     const auto first_red = [](std::string_view type, std::string_view value) {
         std::string text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
