@@ -170,6 +170,18 @@ TEST(threemf_colors_blend_unless_they_are_of_materials) {
     CHECK((with(colors, "p1='1'").face_colors == Numbers<double>{0, 0, 1}));
 }
 
+TEST(painted_triangles_of_a_threemf_are_named) {
+    const auto warned = [](std::string_view attribute) {
+        std::string mesh = triangle;
+        mesh.replace(mesh.find("v3='2'"), 6, "v3='2' " + std::string(attribute));
+        return read("<object id='1'>" + mesh + "</object>", "<item objectid='1'/>", "xmlns:slic3rpe='http://schemas.slic3r.org/3mf/2017/06'").warnings;
+    };
+    const std::vector<std::string> painted{"left out painted colours of slicers (1)"};
+    CHECK(warned("paint_color='8'") == painted);
+    CHECK(warned("slic3rpe:mmu_segmentation='8'") == painted);
+    CHECK(warned("paint_supports='8'").empty());
+}
+
 TEST(components_of_a_threemf_that_never_end) {
     std::string many;
     for (int i = 0; i < 99'000; ++i) many += "<component objectid='1'/>";

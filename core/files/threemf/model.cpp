@@ -143,6 +143,10 @@ private:
                 swatches = {swatch("p1"), swatch("p2"), swatch("p3")};
             }
             object_.mesh.chosen.push_back(swatches);
+            if (get.all().size() == 3) return;
+            for (const XmlAttributes::Attribute& attribute : get.all()) {  // of Bambu Studio, and of PrusaSlicer
+                left_.add("painted colours of slicers", attribute.name == "paint_color" || attribute.name == "mmu_segmentation");
+            }
         } else if (kind == "component") {
             object_.components.push_back(reference(kind, get));
         } else if (kind == "item") {
