@@ -171,6 +171,13 @@ SHAPES = {
 }
 
 
+@pytest.fixture
+def here(monkeypatch):
+    """Read in this process, which has imported OpenCascade: a second less for each file."""
+    monkeypatch.setattr("bobrossnet.adapters.apart._is_apart", True)
+    monkeypatch.setattr("bobrossnet.adapters.occ.limit", lambda size: None)
+
+
 @pytest.fixture(scope="module")
 def read_back(tmp_path_factory):
     """Return the shapes read from a file, by name."""
@@ -277,6 +284,7 @@ def furniture(tmp_path_factory):
     return {suffix: document.write(folder / f"room{suffix}") for suffix in (".step", ".iges")}
 
 
+@pytest.mark.usefixtures("here")
 def test_parts_of_an_assembly_keep_names_colors_and_places(furniture):
     instances = read_step(furniture[".step"])
     crates = [instance for instance in instances if instance.name == "Kästchen"]
@@ -293,6 +301,7 @@ def test_parts_of_an_assembly_keep_names_colors_and_places(furniture):
     assert np.allclose(ball.transform[:3, 3], [0, 50, 0])
 
 
+@pytest.mark.usefixtures("here")
 def test_iges_keeps_colors_and_places(furniture):
     instances = read_iges(furniture[".iges"])
     count = Counter(face.color or i.material.color for i in instances for face in i.shape.faces)
@@ -303,6 +312,7 @@ def test_iges_keeps_colors_and_places(furniture):
     assert np.allclose([points.min(axis=0), points.max(axis=0)], [[0, 0, 0], [100, 20, 70]])
 
 
+@pytest.mark.usefixtures("here")
 def test_faces_without_a_color_have_that_of_their_place(tmp_path):
     document = Document()
     shape = box()
@@ -323,6 +333,7 @@ def test_faces_without_a_color_have_that_of_their_place(tmp_path):
     assert {tuple(color) for color in mesh.face_colors} == {RED, GREEN}
 
 
+@pytest.mark.usefixtures("here")
 def test_faces_of_triangles_are_meshes_next_to_those_with_surfaces():
     """A drilled block with surfaces, and one of 12 triangles."""
     triangles, drilled = read_step(Path(__file__).parent / "cases/step-tessellated/solid-and-triangles.step")
@@ -335,6 +346,7 @@ def test_faces_of_triangles_are_meshes_next_to_those_with_surfaces():
     assert sum(map(area, faces_of([drilled]))) == pytest.approx(block + hole, rel=2e-3)
 
 
+@pytest.mark.usefixtures("here")
 def test_faces_of_triangles_keep_colors_and_places(tmp_path):
     shape = box()
     BRepMesh_IncrementalMesh(shape, 1)
@@ -369,6 +381,7 @@ def test_faces_of_triangles_keep_colors_and_places(tmp_path):
     assert np.allclose([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)], [[0, 0, 0], [100, 20, 70]])
 
 
+@pytest.mark.usefixtures("here")
 def test_what_is_hidden_is_left_out(tmp_path):
     document = Document()
     document.part(box(), "seen", (0.0, 0.0, 0.0))
@@ -474,6 +487,7 @@ def test_files_of_which_a_part_is_missing_are_refused(furniture, tmp_path, suffi
     assert refused(path).startswith(f"cut{suffix}: expected ")
 
 
+@pytest.mark.usefixtures("here")
 def test_curves_alone_are_refused(tmp_path):
     document = Document()
     document.part(BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 0), gp_Pnt(1, 2, 3)).Edge(), "line")
@@ -592,6 +606,7 @@ def test_parts_in_files_beside_an_assembly_are_read(in_parts, tmp_path):
         assert len(instance.shape.faces) == 6
 
 
+@pytest.mark.usefixtures("here")
 def test_parts_elsewhere_are_not_read(in_parts, tmp_path):
     folder = tmp_path / "model"
     (folder / "sub").mkdir(parents=True)
