@@ -225,8 +225,8 @@ def test_normals_are_gradients(script):
 def check_normals(shape, camera, edges):
     """`edges` is the tolerated share of hits so near an edge that its faces are confused."""
     scene = bob.Scene(shape)
-    picture = bob.trace(scene, camera, size=(120, 160))
-    origin, direction, right, up = pixel_rays(scene, camera, (120, 160))
+    picture = bob.trace(scene, camera, size=(60, 80))
+    origin, direction, right, up = pixel_rays(scene, camera, (60, 80))
     hit = picture.depth.reshape(-1) > 0
     t = 2 * scene.radius * (1 - picture.depth.reshape(-1)[hit].astype(float))
     before = origin[hit] + scaled_by(t - 1e-4 * scene.radius, direction[hit])
@@ -285,7 +285,7 @@ def test_rays_meet_what_the_closed_formula_says(name, unit, center):
 
 # ---- Completeness of roots -------------------------------------------------------------------------------
 
-SAMPLES = 2000
+SAMPLES = 1000
 RAYS = 40
 
 
@@ -561,7 +561,7 @@ def test_wild_formulas_are_traced_or_refused(formula):
         shape = traceable(lambda: bob.implicit(eval(f"lambda x, y, z: {formula} + 0 * x", {"np": np}), bounds=CUBE))
     if shape is None:
         return
-    picture = bob.trace(shape, size=(30, 40))
+    picture = bob.trace(shape, size=(15, 20))
     assert np.isfinite(picture.stack()).all()
     assert (np.linalg.norm(picture.normal, axis=2) <= 1 + 1e-6).all()
     origin, direction, _ = random_rays(np.random.default_rng(1), 200)
