@@ -838,7 +838,7 @@ def test_extreme_scenes_end():
         (bob.Instance(bob.Mesh(ball.vertices, ball.triangles[:9]), material=bob.Glass()), "studio", bob.Camera()),
         (ball, bob.Light((0, 0, 1), angle=180), bob.Camera(elevation=-30)),
     ):
-        picture = bob.render(scene, camera, size=(24, 32), light=light, samples=1)
+        picture = bob.render(scene, camera, size=(12, 16), light=light, samples=1)
         assert np.isfinite(picture.color).all()
         assert np.isfinite(picture.alpha).all()
 

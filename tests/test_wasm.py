@@ -204,7 +204,7 @@ def script(text=SCRIPT):
 
 
 def ball():
-    made = sphere(1).mesh(0.2)
+    made = sphere(1).mesh(0.4)
     return Mesh(made.vertices, made.triangles)
 
 
