@@ -431,7 +431,7 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, ti
       viewing.schedule.refines = false;
       viewing.schedule.budget *= 6;  // so that a busy machine reprojects in time
       const frames = [];
-      for (let azimuth = 0; azimuth < 60; azimuth += 2) {
+      for (let azimuth = 0; azimuth < 40; azimuth += 2) {
         const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
         view.camera = { azimuth };
         await next;

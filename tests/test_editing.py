@@ -158,19 +158,18 @@ def test_another_link_in_the_same_tab_is_followed(page):
     page.wait_until(lambda: page.tab.input_value("#gallery") == "knot.bob")
 
 
-def test_a_damaged_link_shows_a_scene_and_says_so(browser, viewer):
+def test_a_damaged_link_shows_a_scene_and_says_so(new_page, viewer):
     for fragment, message in (("#script=!!!", "link: expected a script"), ("#scene=none", "none: expected a built-in")):
-        page = browser.new_page()
+        page = new_page()
         page.goto(f"{viewer.url}?size=64x48{fragment}")
         page.evaluate("() => bobrossnet.started")
         assert page.text_content("#message").startswith(message)
         page.evaluate("() => bobrossnet.converged()")
         assert page.evaluate("() => document.querySelector('#gallery').value")
-        page.close()
 
 
-def test_a_link_with_a_wrong_script_opens_the_editor(browser, viewer):
-    page = browser.new_page()
+def test_a_link_with_a_wrong_script_opens_the_editor(new_page, viewer):
+    page = new_page()
     page.goto(f"{viewer.url}?size=64x48")
     page.evaluate("() => bobrossnet.started")
     fragment = page.evaluate("""async () => {
@@ -183,7 +182,6 @@ def test_a_link_with_a_wrong_script_opens_the_editor(browser, viewer):
     assert page.is_visible("#error")
     assert page.text_content("#error").startswith("line 1, column 1: ")
     assert page.input_value("#text") == "spere(1)"
-    page.close()
 
 
 # ---- Files -----------------------------------------------------------------------------------------------

@@ -238,7 +238,7 @@ def test_at_rest_all_pixels_are_traced_on_all_threads_in_few_steps(tabs, viewer)
     width, height, threads = 800, 600, 2
     page = Page(tabs, f"{viewer.url}?size={width}x{height}&workers={threads}&samples=1#scene=gear.sdf", RAYS)
     page.tab.evaluate("() => bobrossnet.converged()")
-    rests = [page.tab.evaluate(REST, azimuth) for azimuth in (40, 50, 60)]
+    rests = [page.tab.evaluate(REST, azimuth) for azimuth in (40, 50)]
     for rest in rests:
         moving, *resting = (batch for batch in rest["batches"] if not batch["cancelled"])
         assert moving["batch"]["parts"] < threads
@@ -458,7 +458,7 @@ def first_pixels(planes, count, order):
 @pytest.mark.parametrize("workers", [1, 4])
 def test_pixels_are_those_of_an_order(tabs, viewer, workers):
     """For any speed and number of workers, in motion and during refinement."""
-    page = Page(tabs, f"{viewer.url}?size=640x480&workers={workers}#scene=vase.sdf")
+    page = Page(tabs, f"{viewer.url}?size=480x360&workers={workers}#scene=vase.sdf")
     page.tab.fill("#budget", "10")
     # Reprojection exceeds the budget, which is known after the first view that tried it.
     partial = [planes_of(found) for found in page.tab.evaluate(EACH, [39, 40, 41])]
