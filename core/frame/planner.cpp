@@ -105,14 +105,14 @@ double FramePlanner::completing_pixel(Completion completion) const {
 double FramePlanner::scale(double pixels, double seconds, double parallax, double threads) {
     static_assert(std::size(frame_errors::enlarged) == MovingScale::scales.size());
     const double measured = completing_pixel(fastest()), last = scale_.last();
-    const double scale = scale_.next(pixels, measured > 0 ? measured : first_completing, seconds, [&](double scale) {
+    const double chosen = scale_.next(pixels, measured > 0 ? measured : first_completing, seconds, [&](double scale) {
         pixels_ = pixels / (scale * scale);
         const auto at = std::ranges::find(MovingScale::scales, scale) - MovingScale::scales.begin();
         // Only pictures of the last size can be reprojected.
         return std::ranges::min(errors(seconds, scale == last ? parallax : infinite, threads)) + frame_errors::enlarged[at];
     });
-    pixels_ = pixels / (scale * scale);
-    return scale;
+    pixels_ = pixels / (chosen * chosen);
+    return chosen;
 }
 
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
