@@ -59,6 +59,10 @@ void bind_frame(nb::module_& m) {
         .def("completed", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.completed(completion(name), pixels, seconds); },
              "completion"_a, "pixels"_a, "seconds"_a)
         .def("reprojected", &bob::FramePlanner::reprojected, "pixels"_a, "seconds"_a)
+        .def("scale", &bob::FramePlanner::scale, "pixels"_a, "before"_a, "seconds"_a, "parallax"_a, "threads"_a = 1.0,
+             "Chooses the divisor of the height and width of a moving picture, of `pixels` at 1, and sets its size; `before` is the divisor "
+             "of the picture that can be reprojected.")
+        .def("resize", &bob::FramePlanner::resize, "pixels"_a, "Sets the size of the pictures.")
         .def("plan", [](bob::FramePlanner& p, double seconds, double parallax) { return name_of(p.plan(seconds, parallax)); },
              "seconds"_a, "parallax"_a, "Returns the mode of a picture with a budget of `seconds`; an infinite parallax rules out reprojection.")
         .def("plan_pixels", [](bob::FramePlanner& p, std::size_t pixels, double parallax) { return name_of(p.plan_pixels(pixels, parallax)); },

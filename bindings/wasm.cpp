@@ -328,11 +328,12 @@ EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner,
 double parallax_between(const float* before, const float* camera, std::int32_t height, std::int32_t width) {
     return before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
 }
-/// The divisor of a moving picture's height and width. before: the camera of the last picture, or null if nothing can be reprojected.
+/// The divisor of a moving picture's height and width. before: the camera of the last picture, whose divisor was `last`, or null if
+/// nothing can be reprojected.
 EXPORT(frame_scale)
 double frame_scale(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
-                   double seconds, double threads) {
-    return planner->scale(static_cast<double>(height) * width, seconds, parallax_between(before, camera, height, width), threads);
+                   double seconds, double threads, double last) {
+    return planner->scale(static_cast<double>(height) * width, last, seconds, parallax_between(before, camera, height, width), threads);
 }
 /// Sets the size of the pictures; `before` as in frame_scale.
 EXPORT(plan_frame)

@@ -7,6 +7,7 @@ import pytest
 from thread_counts import with_threads
 
 import bobrossnet as bob
+from bobrossnet.frames.frame import enlarged
 
 SIZE = (96, 128)
 
@@ -195,6 +196,32 @@ def test_frames_with_time_for_a_dense_picture_carry_nothing_along(scene):
     assert np.array_equal(frame.shown.mask, frame.gbuffer.mask)
     frame = view.frame(bob.Camera(azimuth=42), fraction=0.02)
     assert frame.shown.fraction > 0.3 > frame.gbuffer.fraction
+
+
+def test_frames_with_little_time_are_smaller_and_enlarged(scene):
+    """As in pages. A frame at rest, one with a share of the pixels, and those of a tracer have the view's size."""
+    view, cameras = bob.View(scene, size=SIZE), orbit(2, 6)
+    assert not view.frame(cameras[0], ms=1e-3).is_enlarged
+    for camera in cameras[1:]:
+        frame = view.frame(camera, ms=1e-3)
+        assert frame.is_enlarged
+    own, small = frame.gbuffer, tuple(round(length / 8) for length in SIZE)
+    assert own.size == frame.shown.size == small
+    traced, full = own.mask > 0, bob.trace(scene, camera, size=small)
+    assert np.array_equal(own.gray[traced], full.gray[traced])
+    assert frame.fraction == pytest.approx(traced.sum() / (SIZE[0] * SIZE[1]))
+    assert frame.image.shape == frame.alpha.shape == frame.color.shape[:2] == frame.picture().size == SIZE
+    for channel, shown in {"gray": frame.image, "alpha": frame.alpha, "color": frame.color}.items():
+        assert np.array_equal(shown, enlarged(bob.complete(frame.shown, frame.network, channel=channel), SIZE))
+    assert frame.error > 0
+    assert not view.frame(ms=1e-3).is_enlarged
+    while view.frame(ms=1000).fraction < 1:
+        pass
+    assert np.array_equal(view.frame().image, bob.trace(scene, camera, size=SIZE).gray)
+    view.frame(cameras[0], ms=1e-3)
+    assert not view.frame(cameras[1], fraction=0.01).is_enlarged
+    others = bob.View(tracer=lambda camera, pixels: bob.SceneTracer(scene, camera, SIZE)(pixels), size=SIZE)
+    assert not any(others.frame(camera, ms=1e-3).is_enlarged for camera in cameras)
 
 
 def test_the_cheapest_network_that_is_as_good_completes(scene):

@@ -102,14 +102,13 @@ double FramePlanner::completing_pixel(Completion completion) const {
     return slowest * relative_times[index(completion)];
 }
 
-double FramePlanner::scale(double pixels, double seconds, double parallax, double threads) {
+double FramePlanner::scale(double pixels, double before, double seconds, double parallax, double threads) {
     static_assert(std::size(frame_errors::enlarged) == MovingScale::scales.size());
-    const double measured = completing_pixel(fastest()), last = scale_.last();
+    const double measured = completing_pixel(fastest());
     const double chosen = scale_.next(pixels, measured > 0 ? measured : first_completing, seconds, [&](double scale) {
         pixels_ = pixels / (scale * scale);
         const auto at = std::ranges::find(MovingScale::scales, scale) - MovingScale::scales.begin();
-        // Only pictures of the last size can be reprojected.
-        return std::ranges::min(errors(seconds, scale == last ? parallax : infinite, threads)) + frame_errors::enlarged[at];
+        return std::ranges::min(errors(seconds, scale == before ? parallax : infinite, threads)) + frame_errors::enlarged[at];
     });
     pixels_ = pixels / (chosen * chosen);
     return chosen;

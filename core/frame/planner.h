@@ -67,8 +67,9 @@ public:
     [[nodiscard]] Completion completion(Mode mode, double known, double seconds, double threads = 1) const;
 
     /// The divisor of a moving picture's height and width, of `pixels` at 1, and sets its size. A smaller picture has a larger share of
-    /// traced pixels, but is shown enlarged; the expected error of both decides. Arguments as in `plan`.
-    double scale(double pixels, double seconds, double parallax, double threads = 1);
+    /// traced pixels, but is shown enlarged; the expected error of both decides. `before`: the divisor of the picture that can be
+    /// reprojected. Other arguments as in `plan`.
+    double scale(double pixels, double before, double seconds, double parallax, double threads = 1);
 
     /// The share of a frame's seconds reserved for tracing.
     [[nodiscard]] double for_tracing(Mode mode, Completion completion, double seconds) const;

@@ -197,7 +197,7 @@ TEST(completions_that_are_too_slow_give_way) {
 
 TEST(moving_pictures_are_as_small_as_completing_demands) {
     FramePlanner planner = planner_of();
-    const auto scale = [&](double count, double seconds) { return planner.scale(count, seconds, never); };
+    const auto scale = [&](double count, double seconds) { return planner.scale(count, 1, seconds, never); };
     CHECK_EQ(scale(pixels, 0.033), 1);  // nothing is measured, and 10 ns a pixel assumed
     CHECK_EQ(scale(100 * pixels, 0.033), 4);
     CHECK_EQ(scale(pixels, 1e-6), 8);
@@ -218,10 +218,10 @@ TEST(moving_pictures_are_smaller_where_few_pixels_are_traced) {
         planner.completed(Completion::filling, pixels, 0.002);
         planner.traced(Mode::squares, pixels / 64., whole / 64, true);
         planner.traced(Mode::adaptive, pixels / 64., 2 * whole / 64, false);
-        const double scale = planner.scale(pixels, 0.033, never);
+        const double scale = planner.scale(pixels, 1, 0.033, never);
         CHECK(min <= scale && scale <= max);
         planner.traced(Mode::squares, pixels / 64., 0.9 * whole / 64, false);
-        CHECK_EQ(planner.scale(pixels, 0.033, never), scale);  // a small change does not alternate
+        CHECK_EQ(planner.scale(pixels, 1, 0.033, never), scale);  // a small change does not alternate
     }
 }
 
@@ -232,9 +232,10 @@ TEST(a_picture_that_shows_what_was_seen_keeps_its_size) {
     planner.traced(Mode::squares, pixels / 64., 3. / 64, true);
     planner.traced(Mode::adaptive, pixels / 64., 3. / 64, false);
     planner.traced(Mode::reproject, pixels / 64., 1. / 64, false);
-    CHECK_EQ(planner.scale(pixels, 0.033, 0.004), 1);
+    CHECK_EQ(planner.scale(pixels, 1, 0.033, 0.004), 1);
     CHECK(planner.plan(0.033, 0.004) == Mode::reproject);
-    CHECK(planner.scale(pixels, 0.033, never) > 1);  // nothing was seen
+    CHECK(planner.scale(pixels, 1, 0.033, never) > 1);  // nothing was seen
+    CHECK(planner.scale(pixels, 4, 0.033, 0.004) > 1);  // nothing was seen in this size
 }
 
 TEST(calls_grow_step_by_step_to_what_there_is_time_for) {

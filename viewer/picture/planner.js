@@ -51,18 +51,19 @@ export class FramePlanner {
   /**
    * The divisor of a moving picture's height and width.
    *
-   * @param {Camera | undefined} before of the last picture, if it can be reprojected @param {Camera} camera
-   *   @param {Size} size at rest
+   * @param {{camera: Camera, scale: number} | undefined} before the last picture, if it can be reprojected
+   * @param {Camera} camera @param {Size} size at rest
    * @param {number} milliseconds @param {number} threads
    */
   scale(before, camera, size, milliseconds, threads) {
-    return this.#moving("frame_scale", before, camera, size, milliseconds, threads);
+    return this.#moving("frame_scale", before?.camera, camera, size, milliseconds, threads, before?.scale ?? 1);
   }
 
   /**
    * Chooses the mode of a picture, and sets the size for the other methods.
    *
-   * @param {Camera | undefined} before as for `scale` @param {Camera} camera @param {Size} size
+   * @param {Camera | undefined} before of the last picture, if it can be reprojected @param {Camera} camera
+   *   @param {Size} size
    * @param {number} milliseconds @param {number} threads @returns {Mode}
    */
   plan(before, camera, size, milliseconds, threads) {
@@ -71,11 +72,11 @@ export class FramePlanner {
 
   /**
    * @param {string} name @param {Camera | undefined} before @param {Camera} camera @param {Size} size
-   * @param {number} milliseconds @param {number} threads
+   * @param {number} milliseconds @param {number} threads @param {number[]} more
    */
-  #moving(name, before, camera, { height, width }, milliseconds, threads) {
+  #moving(name, before, camera, { height, width }, milliseconds, threads, ...more) {
     const last = before ? cameraValues(before) : 0;
-    return this.#core.call(name, this.#handle, last, cameraValues(camera), height, width, milliseconds / 1000, threads);
+    return this.#core.call(name, this.#handle, last, cameraValues(camera), height, width, milliseconds / 1000, threads, ...more);
   }
 
   /**

@@ -109,7 +109,7 @@ let edition = -1; // of the scene
 /**
  * The view led by this tracer, its reprojected samples not sent yet, and the share of its pixels with one.
  *
- * @type {{id: number, mode: Mode, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, known: number, ended: boolean} | undefined}
+ * @type {{id: number, mode: Mode, camera: Camera, size: Size, scale: number, sequence: PixelSequence, expected: History | null, known: number, ended: boolean} | undefined}
  */
 let view;
 /**
@@ -243,7 +243,7 @@ const ORDERS = { whole: WholeOrder, squares: SquaresOrder, adaptive: AdaptiveOrd
  *
  * @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch
  */
-function beginView(scene, planner, { view: id, camera, height, width, milliseconds, parts }) {
+function beginView(scene, planner, { view: id, camera, height, width, scale, milliseconds, parts }) {
   const size = { height, width }, pixels = height * width;
   if (view?.size.height !== height || view.size.width !== width) forgetViews();
   const before = view, mode = planner.plan(before?.camera, camera, size, milliseconds, parts);
@@ -258,7 +258,7 @@ function beginView(scene, planner, { view: id, camera, height, width, millisecon
   before?.sequence.free();
   const own = mode === "reproject" ? "adaptive" : mode;
   const sequence = new PixelSequence(scene.core, size, scene.layout, expected ?? new ORDERS[own](scene.core, size, scene.layout));
-  return view = { id, mode: expected ? mode : own, camera, size, sequence, expected, known, ended: false };
+  return view = { id, mode: expected ? mode : own, camera, size, scale: scale ?? 1, sequence, expected, known, ended: false };
 }
 
 /** @param {Slice} slice @returns {TracedSlice} */
@@ -451,7 +451,7 @@ const WORKS = {
 /** The batch in its picture's size. @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch */
 function sized(scene, planner, batch) {
   const { camera, height, width, phase, milliseconds, parts, thickness } = batch;
-  const scale = batch.scale ?? (phase === "light" ? lightOf(scene).scale(batch) : planner.scale(view?.camera, camera, { height, width }, milliseconds, parts));
+  const scale = batch.scale ?? (phase === "light" ? lightOf(scene).scale(batch) : planner.scale(view, camera, { height, width }, milliseconds, parts));
   const scaled = (/** @type {number} */ length) => Math.max(1, Math.round(length / scale));
   return { ...batch, scale, height: scaled(height), width: scaled(width), thickness: thickness && Math.max(thickness / scale, THINNEST) };
 }

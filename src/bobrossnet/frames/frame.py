@@ -8,13 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.guided import complete_guided, guided_alpha, smoothed
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import Size
 from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.rendered import Picture
+
+
+def enlarged(picture: NDArray[np.float32], size: Size) -> NDArray[np.float32]:
+    """Return a picture, (h, w) or (h, w, channels), enlarged bilinearly to (H, W)."""
+    planes = np.ascontiguousarray(picture[None] if picture.ndim == 2 else np.moveaxis(picture, -1, 0))
+    output = np.empty((len(planes), *size), np.float32)
+    _core.enlarge(planes, output)
+    return output[0] if picture.ndim == 2 else np.moveaxis(output, 0, -1)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -24,7 +34,7 @@ class Frame:
     image: NDArray[np.float32]
     """(H, W): traced pixels unchanged, the others completed; in 0..1 unless traced values exceed it."""
     gbuffer: GBuffer
-    """All pixels traced so far; of a moving view under lights, it may be smaller than the image."""
+    """All pixels traced so far; of a moving view, it may be smaller than the image."""
     fraction: float
     """Share of the pixels traced so far, 1 in the last frame."""
     seconds: float
@@ -53,7 +63,11 @@ class Frame:
         """(H, W, 3), linear RGB in the image's range, completed along with the image; computed on each access."""
         if self.is_guided:
             return complete_guided(self.shown, "color") if self.guided_color is None else self.guided_color.copy()
-        return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
+        if self.shown.mask.all():
+            color = self.shown.color.copy()
+        else:
+            color = completed_color(self.shown, complete(self.shown, self.network) if self.is_enlarged else self.image)
+        return enlarged(color, self.image.shape) if self.is_enlarged else color
 
     @property
     def alpha(self) -> NDArray[np.float32]:
@@ -65,7 +79,8 @@ class Frame:
                 return np.ones_like(self.image)
         if self.is_guided:
             return guided_alpha(shown) if self.guided_alpha is None else self.guided_alpha.copy()
-        return complete(shown, self.network, channel="alpha")
+        alpha = complete(shown, self.network, channel="alpha")
+        return enlarged(alpha, self.image.shape) if self.is_enlarged else alpha
 
     def picture(self, background: Background = None) -> Picture:
         """Return the frame in sRGB, on a background as in `render`."""

@@ -111,8 +111,9 @@ class View:
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
             given. If it suffices for a dense picture, samples are not reprojected. If rays are fast, the picture is
-            refined in squares, row by row, and complete if there is time for all pixels. Under lights, a frame whose
-            first hits would take too long is made smaller while the camera moves, and enlarged.
+            refined in squares, row by row, and complete if there is time for all pixels. While the camera of a scene
+            moves, a frame is made smaller and enlarged if that has the smaller expected error, because few of its
+            pixels can be traced; under lights, if its first hits would take too long.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
@@ -121,7 +122,8 @@ class View:
         Frame
             `gbuffer` and `fraction` include only pixels traced with this camera; `image` also shows reprojected
             samples. `error` is predicted from the former. Under lights, a pixel's paths of earlier cameras stay in its
-            mean until the camera rests. `gbuffer` and `shown` of a frame that was enlarged have its smaller size.
+            mean until the camera rests. `gbuffer` and `shown` of a frame that was enlarged have its smaller size;
+            `fraction` counts pixels of the image.
 
         Raises
         ------

@@ -14,7 +14,7 @@ from bobrossnet.completion.display import displayed
 from bobrossnet.completion.guided import complete_guided, completed_gray
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
-from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.frame import Frame, enlarged
 from bobrossnet.frames.planner import Planner
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
@@ -70,6 +70,8 @@ class PartialPicture:
         Reprojected samples, shown at untraced pixels with mask 1. Traced samples overwrite them.
     guides : Guides, optional
         First surfaces of all pixels; the picture is then completed along them.
+    enlarged_to : (height, width), optional
+        Size of the frames' images, larger than the picture.
     is_patient : bool
         Whether frames after the first trace for longer than their budget, so that completing takes `COMPLETING` of the
         time of calls that wait for it.
@@ -87,6 +89,7 @@ class PartialPicture:
         turns: bool = False,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
+        enlarged_to: Size | None = None,
         is_patient: bool = False,
     ) -> None:
         self.calls, self.sequence, self.planner, self.mode = calls, sequence, planner, mode
@@ -96,6 +99,7 @@ class PartialPicture:
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
+        self.size, self._enlarged_to = size, enlarged_to
         self.total = size[0] * size[1]
         self._is_shared = False  # whether a frame holds the planes too
         self.traced = 0
@@ -162,7 +166,7 @@ class PartialPicture:
         call, samples, came = taken
         if self._by_samples and self.traced == 0 and samples.layout != self.layout:
             self.layout = samples.layout
-            self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
+            self.planes = untraced_planes(self.size, self.layout)
         if call.is_first:
             self.traced += len(call.pixels)
         else:
@@ -367,12 +371,16 @@ class PartialPicture:
             image = completed_gray(shown, color)
         else:
             image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
+        share = self.traced / self.total
+        if self._enlarged_to is not None:
+            image = enlarged(image, self._enlarged_to)
+            share *= self.total / image.size
         is_all = self._open == 0 and not self.calls.under_way
         self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
         if not is_all:
             self.planner.core.completed(self._completion, self.total, now - traced)
-        return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, color)
+        return Frame(image, gbuffer, share, now - start, network, shown, color)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
         return GBuffer.from_stack(planes, self.layout, self.guides, self.is_display_referred)

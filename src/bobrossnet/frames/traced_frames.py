@@ -49,7 +49,8 @@ class TracedFrames:
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*size)
         self._moves = 0
-        self._seen = self._seen_by(camera)
+        self._scale = 1.0  # divisor of the picture's size
+        self._seen = self._seen_by(camera, size)
         self._calls = Calls(self._seen.tracer if self._tracer is None else self._tracer)  # type: ignore[arg-type]
         self.picture = self._new_picture("adaptive")
         """The picture under the last camera."""
@@ -60,11 +61,14 @@ class TracedFrames:
         """Trace `count` pixels, or stop in time to complete the picture within `budget` seconds."""
         if camera is not None and camera != self._seen.camera:
             self._move(camera, count, budget)
+        elif self._scale > 1:
+            self._begin(self._seen.camera, 1.0, count, budget, inf)
         return self.picture.frame(start, count, budget)
 
     def forget(self) -> None:
         """Discard all samples."""
-        self._history = None
+        self._resize(1.0)
+        self._seen = self._seen_by(self._seen.camera, self._size)
         self.picture = self._new_picture("adaptive")
 
     def close(self) -> None:
@@ -73,15 +77,39 @@ class TracedFrames:
         self._calls.close()
 
     def _move(self, camera: Camera, count: int | None, budget: float) -> None:
+        """Begin the picture of another camera: if a scene's frames have a budget of time alone, in the size for it."""
         self.picture.take_returned()
-        seen, planner = self._seen_by(camera), self.planner.core
-        parallax = _core.parallax(self._seen.in_core, seen.in_core, *self._size) if self.picture.traced else inf
-        mode = planner.plan(budget, parallax) if count is None else planner.plan_pixels(count, parallax)
+        parallax = inf
+        if self.picture.traced:
+            parallax = _core.parallax(self._seen.in_core, self._in_core(camera), *self._size)
+        scale = 1.0
+        if count is None and self._scene is not None:
+            scale = self.planner.core.scale(self._size[0] * self._size[1], self._scale, budget, parallax)
+        self._begin(camera, scale, count, budget, parallax if scale == self._scale else inf)
+
+    def _begin(self, camera: Camera, scale: float, count: int | None, budget: float, parallax: float) -> None:
+        """Begin a picture, its height and width divided by `scale`."""
         self._layout = self.picture.layout
+        if scale != self._scale:
+            self._resize(scale)
+        seen, planner = self._seen_by(camera, self._picture_size), self.planner.core
+        mode = planner.plan(budget, parallax) if count is None else planner.plan_pixels(count, parallax)
         self._moves += 1
         reprojected = self._reprojected(seen) if mode == "reproject" else None
         self._seen = seen
         self.picture = reprojected or self._new_picture("adaptive" if mode == "reproject" else mode)
+
+    @property
+    def _picture_size(self) -> Size:
+        height, width = (max(1, round(length / self._scale)) for length in self._size)
+        return height, width
+
+    def _resize(self, scale: float) -> None:
+        """Set the size of the next pictures, and discard samples of earlier ones."""
+        self._scale, self._history = scale, None
+        height, width = self._picture_size
+        self._order = _core.RefreshOrder(height, width)
+        self.planner.core.resize(height * width)
 
     def _reprojected(self, seen: _Seen) -> PartialPicture | None:
         """Return a picture of reprojected samples, or None if there are too few."""
@@ -93,8 +121,9 @@ class TracedFrames:
                 got = f"{depth.min():g}..{depth.max():g}"
                 raise InputError(f"depth: expected 0..1 over the unit sphere where a camera moves, got {got}")
         if self._history is None:
-            self._history = _core.History(layout.core, *self._size)
-        expected, off_center = untraced_planes(self._size, layout), np.empty(self._size, np.float32)
+            self._history = _core.History(layout.core, *self.picture.size)
+        size = self.picture.size
+        expected, off_center = untraced_planes(size, layout), np.empty(size, np.float32)
         self._history.add(self._seen.in_core, planes)
         scene = None if self._scene is None else self._scene.core
         if not self._history.expect(seen.in_core, expected, off_center, scene):
@@ -103,22 +132,40 @@ class TracedFrames:
         sequence = _Refreshing(self._order, expected, off_center)
         self._calls.turn_to(seen.tracer)
         self.planner.core.reprojected(expected[0].size, time.perf_counter() - start)
-        return PartialPicture(self._calls, self._size, layout, sequence, self.planner, "reproject", expected=expected)
+        return PartialPicture(
+            self._calls,
+            size,
+            layout,
+            sequence,
+            self.planner,
+            "reproject",
+            expected=expected,
+            enlarged_to=self._enlarged_to,
+        )
 
     def _new_picture(self, mode: str) -> PartialPicture:
         """Return a picture without reprojected samples."""
         self._calls.turn_to(self._seen.tracer)
-        sequence = PixelSequence(self._size, ORDER_OF[mode], self._seed)
+        size, turns = self._picture_size, mode == "adaptive"
+        sequence = PixelSequence(size, ORDER_OF[mode], self._seed)
         return PartialPicture(
-            self._calls, self._size, self._layout, sequence, self.planner, mode, turns=mode == "adaptive"
+            self._calls, size, self._layout, sequence, self.planner, mode, turns=turns, enlarged_to=self._enlarged_to
         )
 
-    def _seen_by(self, camera: Camera) -> _Seen:
+    @property
+    def _enlarged_to(self) -> Size | None:
+        return self._size if self._scale > 1 else None
+
+    def _seen_by(self, camera: Camera, size: Size) -> _Seen:
         if self._scene is not None:
-            tracer = SceneTracer(self._scene, camera, self._size, self._layout)
-            return _Seen(camera, tracer, tracer.camera_in_core)
+            return _Seen(camera, SceneTracer(self._scene, camera, size, self._layout), self._in_core(camera))
         assert self._tracer is not None
-        return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
+        return _Seen(camera, partial(self._tracer, camera), self._in_core(camera))
+
+    def _in_core(self, camera: Camera) -> _core.Camera:
+        if self._scene is None:
+            return camera.core((0, 0, 0), 1)
+        return camera.core(self._scene.center, self._scene.radius)
 
 
 class _Seen(NamedTuple):
