@@ -17,7 +17,7 @@ from bobrossnet.page.package import README, write_package, write_types
 from bobrossnet.picture.files import to_8_bit
 from bobrossnet.support.paths import VIEWER
 
-MOST_BYTES = 394_000
+MOST_BYTES = 396_000
 """Maximum compressed bytes that a browser fetches before a mesh is exact."""
 
 HEIGHT, WIDTH = 96, 128
