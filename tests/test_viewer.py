@@ -241,8 +241,7 @@ def test_at_rest_all_pixels_are_traced_on_all_threads_in_few_steps(tabs, viewer)
     rests = [page.tab.evaluate(REST, azimuth) for azimuth in (40, 50)]
     for rest in rests:
         moving, *resting = (batch for batch in rest["batches"] if not batch["cancelled"])
-        assert moving["batch"]["parts"] < threads
-        assert all(batch["batch"]["parts"] == threads for batch in resting)
+        assert all(batch["batch"]["parts"] == threads for batch in (moving, *resting))
         assert sum(batch["rays"] for batch in resting if batch["batch"]["phase"] == "rows") == width * height
         assert sum(batch["rays"] for batch in resting) <= 1.3 * width * height
         # Steps double: to 250 ms while the picture is refined, and to a second.
@@ -1527,10 +1526,10 @@ async (address) => {
 
 
 def test_moving_pictures_leave_their_size_to_the_tracer(page, viewer):
-    """In 33 ms each. All threads trace the first picture, and one completes it. At rest, the page decides the size."""
+    """In 33 ms each. All threads trace. At rest, the page decides the size."""
     *moving, (_, height, scale, _, _) = page.tab.evaluate(SCHEDULED, viewer.url)
     parts, heights, scales, milliseconds, completed = map(list, zip(*moving, strict=True))
-    assert parts == [2, 1, 1, 1]
+    assert set(parts) == {2}
     assert (set(heights), set(scales)) == ({480}, {None})
     assert all(each == pytest.approx(0.8 * 33) for each in milliseconds)
     assert completed == [[], *3 * [[{"model": "filling", "pixels": 320 * 240, "milliseconds": 10}]]]

@@ -46,8 +46,6 @@ export class Schedule {
 
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
-  /** Whether a picture of the scene was traced. */
-  #isKnown = false;
   /** Completing times since the last batch. @type {import("./tracer.js").Completed[]} */
   #completed = [];
   /** @type {Camera} */
@@ -101,7 +99,6 @@ export class Schedule {
     const isOther = pool !== this.#pool;
     if (isOther) this.#tracing = false, this.#before = newest.view;
     this.#pool = pool;
-    this.#isKnown = false;
     this.#rows = { rays: 0, milliseconds: 0 };
     this.#waiting = [];
     this.#previous = newest.batch;
@@ -149,7 +146,6 @@ export class Schedule {
   traced({ batch, cancelled, left, rays, milliseconds }) {
     this.#tracing = false;
     if (!cancelled) {
-      this.#isKnown = true;
       if (batch.id > this.#shown) this.#waiting.push(batch.id);
       this.#scale = batch.scale;
       this.#left = left;
@@ -199,8 +195,7 @@ export class Schedule {
       this.#stale = false;
       this.#begin(this.#scales ? null : 1, this.isLit ? "light" : "some");
       this.#step = this.#spent = 0;
-      // One core completes the previous picture meanwhile, except during a scene's first, and under lights.
-      this.#trace((this.isLit ? LIT_TIMES : SHARE) * this.budget, Math.max(1, this.#isKnown && !this.isLit ? ready - 1 : ready));
+      this.#trace((this.isLit ? LIT_TIMES : SHARE) * this.budget, ready);
     } else if (this.refines && !this.#isFinal) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
