@@ -19,6 +19,12 @@ from bobrossnet.pictures.background import Background, picture_of
 from bobrossnet.pictures.rendered import Picture
 
 
+def smaller(size: Size, scale: float) -> Size:
+    """Return the size of a moving picture: height and width divided by `scale`."""
+    height, width = (max(1, round(length / scale)) for length in size)
+    return height, width
+
+
 def enlarged(picture: NDArray[np.float32], size: Size) -> NDArray[np.float32]:
     """Return a picture, (h, w) or (h, w, channels), enlarged bilinearly to (H, W)."""
     planes = np.ascontiguousarray(picture[None] if picture.ndim == 2 else np.moveaxis(picture, -1, 0))

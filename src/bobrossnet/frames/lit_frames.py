@@ -10,7 +10,7 @@ from bobrossnet import _core
 from bobrossnet.color import luminance
 from bobrossnet.completion.guided import completed_gray
 from bobrossnet.completion.network import Network
-from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.frame import Frame, enlarged, smaller
 from bobrossnet.picture.camera import Camera, as_camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
@@ -62,11 +62,10 @@ class LitFrames:
         fraction = own.fraction
         if not moving.is_at_rest:
             self._pace.shown(total, tracing - start + time.perf_counter() - completing)
-        if is_enlarged:
-            smaller, picture = picture, np.empty((4, *self._size), np.float32)
-            _core.enlarge(smaller, picture)
-            fraction *= total / (self._size[0] * self._size[1])
         color, alpha = np.moveaxis(picture[:3], 0, -1), picture[3]
+        if is_enlarged:
+            color, alpha = enlarged(color, self._size), enlarged(alpha, self._size)
+            fraction *= total / (self._size[0] * self._size[1])
         image = luminance(color) if is_enlarged else completed_gray(shown, color)
         end = time.perf_counter()
         self._pace.completed(end - completing)
@@ -84,7 +83,7 @@ class LitFrames:
                 moving = self._moving = _core.MovingLight(self._scene.core, lights, self._seed)
             self._camera = camera
             scale = 1.0 if budget is None else self._pace.scale(self._size[0] * self._size[1], budget)
-            self._move(moving, (max(1, round(self._size[0] / scale)), max(1, round(self._size[1] / scale))))
+            self._move(moving, smaller(self._size, scale))
         elif moving.is_at_rest:
             return moving
         else:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
-from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.frame import Frame, smaller
 from bobrossnet.frames.partial_picture import PartialPicture
 from bobrossnet.frames.planner import ORDER_OF, Planner
 from bobrossnet.picture.camera import Camera
@@ -101,8 +101,7 @@ class TracedFrames:
 
     @property
     def _picture_size(self) -> Size:
-        height, width = (max(1, round(length / self._scale)) for length in self._size)
-        return height, width
+        return smaller(self._size, self._scale)
 
     def _resize(self, scale: float) -> None:
         """Set the size of the next pictures, and discard samples of earlier ones."""
