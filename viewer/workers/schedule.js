@@ -269,7 +269,7 @@ export class Schedule {
     const lights = this.isLit ? { isOwn: this.lights === "own", azimuth: this.#azimuth ??= this.#camera.azimuth } : null;
     this.#pool?.trace({
       id: ++newest.batch, view: this.#view, phase: this.#phase, parts, camera: this.#camera, ...this.#size, scale: this.#scale, side: this.side, milliseconds,
-      budget: this.budget, completed, lights, rests: this.#step > 0, cutaway: this.#cutaway, thickness: this.thickness,
+      completed, lights, rests: this.#step > 0, cutaway: this.#cutaway, thickness: this.thickness,
     });
   }
 }

@@ -16,13 +16,13 @@
  *   pixels and lines, row by row; edges: several rays in each pixel at edges; light: pictures with lights (lit.js)
  * @typedef {{
  *   id: number, view: number, phase: Phase, parts: number, camera: Camera, height: number, width: number, scale: number | null,
- *   side: number, milliseconds: number, budget: number, completed: Completed[], lights: import("../tracing/light.js").Choice | null, rests: boolean,
+ *   side: number, milliseconds: number, completed: Completed[], lights: import("../tracing/light.js").Choice | null, rests: boolean,
  *   cutaway: import("../tracing/cutaway.js").Cutaway, thickness: number
  * }} Batch
  *   The work of `parts` threads on a view in `milliseconds`. Batches of one view have one camera and size, and add to
- *   one picture. `side`: of the grid of rays in a pixel at edges; `budget`: milliseconds for completing; `completed`: completing
+ *   one picture. `side`: of the grid of rays in a pixel at edges; `completed`: completing
  *   times since the last batch; `lights`: in the phase "light"; `rests`: whether the camera does; `thickness`: of lines, in pixels.
- *   The page asks for the picture at rest, whose size the leading tracer divides by `scale`; null: by as much as its time demands
+ *   The page asks for the picture at rest, whose size the leading tracer divides by `scale`; null: as the planner chooses
  * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  * @typedef {"probe" | "pick" | "snap" | "about" | "measure"} Question a method of Scene, with its values
  *
