@@ -514,7 +514,7 @@ def error_of(picture, truth):
 
 
 def test_reprojected_light_leaves_less_error_than_new_paths_alone():
-    scene, size = bob.Scene(bob.happy_tree()), (72, 96)
+    scene, size = bob.Scene(bob.happy_tree()), (96, 128)
     lights = studio(turned(0))
     view = bob.View(scene, size=size, light=lights, ground=True)
     for i in range(7):

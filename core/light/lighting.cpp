@@ -541,7 +541,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
             const auto [row, column] = pixels[i];
             sequences.clear();
             for (std::uint32_t k = 0; k < count; ++k) {
-                sequences.emplace_back(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
+                sequences.emplace_back(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k, count);
             }
             const auto down = static_cast<float>(row), right = static_cast<float>(column);
             if (!draws.apart) {

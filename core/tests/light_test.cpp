@@ -24,21 +24,53 @@ TEST(sobol_begins_as_published) {
     }
 }
 
-TEST(any_two_to_the_n_samples_of_a_pixel_are_stratified) {
-    // The first two dimensions are a (0, 2)-sequence, which Owen's scrambling keeps: each elementary box has one of 16 points.
+namespace {
+
+/// Checks that the first two numbers of 2^exponent samples are stratified: they are of a (0, 2)-sequence, which Owen's scrambling keeps, so
+/// each elementary box has one.
+void check_stratified(int exponent, const std::vector<std::array<float, Sobol::dimensions>>& samples) {
+    CHECK_EQ(samples.size(), std::size_t{1} << exponent);
+    for (int across = 0; across <= exponent; ++across) {
+        std::vector<int> boxes(samples.size());
+        for (const auto& [x, y, z, w] : samples) {
+            const auto column = static_cast<std::size_t>(x * static_cast<float>(1 << across));
+            const auto row = static_cast<std::size_t>(y * static_cast<float>(1 << (exponent - across)));
+            ++boxes[row << across | column];
+        }
+        for (const int count : boxes) CHECK_EQ(count, 1);
+    }
+}
+
+}  // namespace
+
+TEST(samples_of_a_visit_are_stratified) {
     for (std::uint32_t seed = 0; seed < 20; ++seed) {
         for (const std::uint32_t first : {0u, 16u, 48u}) {
-            for (int across = 0; across <= 4; ++across) {
-                std::array<int, 16> boxes{};
-                for (std::uint32_t k = 0; k < 16; ++k) {
-                    const auto [x, y, z, w] = PixelSequence(seed, seed + 1, 2 * seed, first + k)(seed % 3);
-                    const auto column = static_cast<unsigned>(x * static_cast<float>(1 << across));
-                    const auto row = static_cast<unsigned>(y * static_cast<float>(1 << (4 - across)));
-                    ++boxes[row << across | column];
-                }
-                for (const int count : boxes) CHECK_EQ(count, 1);
-            }
+            std::vector<std::array<float, Sobol::dimensions>> samples;
+            for (std::uint32_t k = 0; k < 16; ++k) samples.push_back(PixelSequence(seed, seed + 1, 2 * seed, first + k, 16)(seed % 3));
+            check_stratified(4, samples);
         }
+    }
+}
+
+TEST(samples_of_a_square_of_pixels_are_stratified) {
+    for (std::uint32_t seed = 0; seed < 20; ++seed) {
+        std::vector<std::array<float, Sobol::dimensions>> samples;
+        for (std::uint32_t place = 0; place < 16; ++place) {
+            for (std::uint32_t k = 0; k < 8; ++k) samples.push_back(PixelSequence(seed, 8 + place / 4, 4 * seed + place % 4, k, 8)(seed % 3));
+        }
+        check_stratified(7, samples);
+    }
+}
+
+TEST(samples_of_all_visits_of_a_pixel_are_stratified) {
+    for (std::uint32_t seed = 0; seed < 20; ++seed) {
+        std::vector<std::array<float, Sobol::dimensions>> samples;
+        for (std::uint32_t k = 0; k < 256; ++k) samples.push_back(PixelSequence(seed, 5, seed, k, 16)(seed % 3));
+        check_stratified(8, samples);
+        samples.clear();  // of 13 each, 3 of every 16 at the next visit
+        for (std::uint32_t k = 0; k < 64; ++k) samples.push_back(PixelSequence(seed, 5, seed, k, 13)(seed % 3));
+        check_stratified(6, samples);
     }
 }
 
@@ -46,9 +78,9 @@ TEST(sequences_are_the_same_on_every_machine) {
     // Whole numbers alone make them.
     std::uint32_t hash = 0;
     for (std::uint32_t k = 0; k < 100; ++k) {
-        for (const float x : PixelSequence(1, 2, 3, k)(k % 5)) hash = hashed(hash, static_cast<std::uint32_t>(x * 0x1p24f));
+        for (const float x : PixelSequence(1, 2, 3, k, 16)(k % 5)) hash = hashed(hash, static_cast<std::uint32_t>(x * 0x1p24f));
     }
-    CHECK_EQ(hash, 2667749471u);
+    CHECK_EQ(hash, 618936284u);
 }
 
 TEST(directions_have_their_densities) {
@@ -87,7 +119,7 @@ TEST(white_surfaces_reflect_all_of_a_white_world) {
                     Vec3 sum;
                     constexpr std::uint32_t count = 4096;
                     for (std::uint32_t k = 0; k < count; ++k) {
-                        const auto [choice, u, v, other] = PixelSequence(0, 0, 0, k)(0);
+                        const auto [choice, u, v, other] = PixelSequence(0, 0, 0, k, 16)(0);
                         const auto drawn = reflection.draw(choice, u, v);
                         if (drawn.toward.z > 0) sum = sum + drawn.weight;
                     }
@@ -107,7 +139,7 @@ TEST(drawn_directions_have_the_density_that_is_said) {
         double sum = 0, all = 0;
         constexpr std::uint32_t count = 1 << 16;
         for (std::uint32_t k = 0; k < count; ++k) {
-            const auto [choice, u, v, other] = PixelSequence(3, 0, 0, k)(0);
+            const auto [choice, u, v, other] = PixelSequence(3, 0, 0, k, 16)(0);
             const auto drawn = reflection.draw(choice, u, v);
             if (drawn.toward.z > 0) sum += 1 / static_cast<double>(drawn.density) / count;
             const Vec3 even = in_cap(1, u, v);
@@ -127,7 +159,7 @@ TEST(environments_draw_by_their_brightness) {
     int bright = 0;
     constexpr std::uint32_t count = 1 << 14;
     for (std::uint32_t k = 0; k < count; ++k) {
-        const auto [u, v, w, x] = PixelSequence(0, 0, 0, k)(0);
+        const auto [u, v, w, x] = PixelSequence(0, 0, 0, k, 16)(0);
         const auto [toward, density] = environment.draw(u, v);
         CHECK(std::fabs(length(toward) - 1) < 1e-5f);
         CHECK(density > 0);
