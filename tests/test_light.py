@@ -331,6 +331,137 @@ def test_light_goes_straight_through_a_sheet_of_glass(roughness):
     np.testing.assert_allclose(seen["color"][inner(seen["hit"])].mean(0), expected, atol=0.02 + 0.1 * roughness)
 
 
+# ---- Lights behind panes ---------------------------------------------------------------------------------
+
+
+UNDER = bob.Camera(position=(0, 0, 0.9), target=(0, 0, 0), up=(1, 0, 0), fov=20)
+"""Below panes at a height of 1, of what is on the ground."""
+
+SUN_HEIGHT = math.sin(math.radians(60))
+SUN_DIRECTION = (math.cos(math.radians(60)), 0, SUN_HEIGHT)
+
+WHITE_WORLDS = {
+    "sky": bob.Sky(),
+    "environment": bob.Sky(image=np.ones((8, 16, 3), np.float32)),
+    "discs": [bob.Light((0, 0, 1), angle=180), bob.Light((0, 0, -1), angle=180)],
+}
+
+
+def pane(z=1.0, **options):
+    return glass(square(400, z), thin=True, **options)
+
+
+def through_a_pane(cosine, ior=1.5):
+    """Fresnel's transmittance of two parallel sides, after any number of reflections between them."""
+    beyond = np.sqrt(1 - (1 - cosine**2) / ior**2)
+    across = (cosine - ior * beyond) / (cosine + ior * beyond)
+    within = (ior * cosine - beyond) / (ior * cosine + beyond)
+    reflected = (across**2 + within**2) / 2
+    return (1 - reflected) / (1 + reflected)
+
+
+def mean_through_a_pane():
+    """Of light from a white sky, by the cosine of its angle to the plane behind the pane."""
+    squares = (np.arange(10_000) + 0.5) / 10_000
+    return through_a_pane(np.sqrt(squares)).mean()
+
+
+@pytest.mark.parametrize("angle", [0, 0.5])
+@pytest.mark.parametrize(
+    ("panes", "share"),
+    [
+        ([pane()], through_a_pane(SUN_HEIGHT)),
+        ([pane(), pane(2)], through_a_pane(SUN_HEIGHT) ** 2),
+        ([pane(z) for z in range(1, 32)], through_a_pane(SUN_HEIGHT) ** 31),
+        ([pane(color=(0.5, 0.25, 1), ior=2)], through_a_pane(SUN_HEIGHT, 2) * np.array([0.5, 0.25, 1])),
+        ([pane(transmission=0.5)], through_a_pane(SUN_HEIGHT) / 2),
+    ],
+    ids=["one", "two", "as many as on a path", "tinted", "half"],
+)
+def test_the_sun_shines_through_panes(panes, share, angle):
+    """A plane is lit by Fresnel's share of the sun, and four paths are enough."""
+    seen = lit([white(square()), *panes], bob.Light(SUN_DIRECTION, angle=angle), UNDER, paths=4, bounces=1)
+    expected = np.broadcast_to(SUN_HEIGHT * share, 3)
+    np.testing.assert_allclose(seen["color"].mean((0, 1)), expected, rtol=1e-4)
+    np.testing.assert_allclose(seen["color"], np.broadcast_to(expected, (*SIZE, 3)), rtol=3e-3)
+
+
+@pytest.mark.parametrize(
+    "shade",
+    [[pane(roughness=0.4)], [glass(box((-9, -9, 1), (9, 9, 1.1)))], [pane(z) for z in range(1, 33)]],
+    ids=["rough", "solid", "more than on a path"],
+)
+def test_the_sun_does_not_shine_straight_through_rough_and_solid_glass(shade):
+    seen = lit([white(square()), *shade], bob.Light(SUN_DIRECTION, angle=0), UNDER, paths=4, bounces=1)
+    assert not seen["gray"].any()
+
+
+@pytest.mark.parametrize("world", WHITE_WORLDS)
+def test_light_through_panes_counts_once(world):
+    """Lights that are both drawn and found: the balance heuristic gives a plane the pane's share of a white world."""
+    seen = lit([white(square()), pane()], WHITE_WORLDS[world], UNDER, paths=64, bounces=1)
+    assert seen["gray"].mean() == pytest.approx(mean_through_a_pane(), rel=1e-3)
+    assert seen["gray"].std() < 0.006
+
+
+@pytest.mark.parametrize("world", WHITE_WORLDS)
+@pytest.mark.parametrize("options", [{}, {"ior": 2}])
+def test_a_white_ball_behind_panes_in_a_white_world_is_white(world, options):
+    """The furnace, from inside of a box of panes."""
+    ball = bob.implicit(lambda x, y, z: x**2 + y**2 + z**2 - 1, bounds=((-1, -1, -1), (1, 1, 1)))
+    panes = glass(box(3 * (-1.6,), 3 * (1.6,)), thin=True, **options)
+    inside = bob.Camera(position=(1.5, 0, 0.2), target=(0, 0, 0), fov=40)
+    seen = lit([white(ball), panes], WHITE_WORLDS[world], inside, (24, 32), paths=256, bounces=8)
+    assert seen["gray"].mean() == pytest.approx(1, abs=2e-3)
+    assert np.abs(seen["gray"] - 1).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("light", "lost"),
+    [
+        (bob.Light(SUN_DIRECTION, angle=0), 1 - through_a_pane(SUN_HEIGHT)),
+        (bob.Light(SUN_DIRECTION, angle=0.5), 1 - through_a_pane(SUN_HEIGHT)),
+        (bob.Sky(), 1 - mean_through_a_pane()),
+        (WHITE_WORLDS["environment"], 1 - mean_through_a_pane()),
+        (
+            [bob.Sky(), bob.Light(SUN_DIRECTION, angle=0.5)],
+            1 - (mean_through_a_pane() + SUN_HEIGHT * through_a_pane(SUN_HEIGHT)) / (1 + SUN_HEIGHT),
+        ),
+    ],
+    ids=["point", "sun", "sky", "environment", "sun and sky"],
+)
+def test_panes_cast_light_shadows_on_the_ground(light, lost):
+    stone = white(box((9, 9, 0), (9.1, 9.1, 0.1)))
+    shadow = lit([pane(), stone], light, UNDER, paths=64, bounces=1, ground=True)["shadow"]
+    assert shadow.mean() == pytest.approx(lost, abs=3e-4)
+    assert shadow.std() < 0.003
+
+
+def test_tinted_panes_cast_shadows_of_what_they_hold_back():
+    """Nothing of red light passes a cyan pane; the luminance of white light lacks its red."""
+    stone = white(box((9, 9, 0), (9.1, 9.1, 0.1)))
+    for color, kept in (("#f00", 0), ("#fff", 1 - 0.2126), ("#0f0", 1)):
+        sun = bob.Light(SUN_DIRECTION, angle=0.5, color=color)
+        seen = lit([pane(color=(0, 1, 1)), stone], sun, UNDER, paths=16, bounces=1, ground=True)
+        assert seen["shadow"].mean() == pytest.approx(1 - kept * through_a_pane(SUN_HEIGHT), abs=1e-3)
+
+
+def test_light_behind_panes_is_reprojected():
+    """A moving camera keeps samples of a ball that the sun lights through a pane, with Fresnel's share of its light."""
+    upright = bob.Mesh([(2, -3, -3), (2, 3, -3), (2, 3, 3), (2, -3, 3)], [(0, 1, 2), (0, 2, 3)])
+    kept, light = [], []
+    for index in (1, 1.5):
+        scene = bob.Scene([white(sphere_mesh()), glass(upright, thin=True, ior=index)])
+        view = bob.View(scene, size=(96, 128), light=bob.Light((1, 0, 0), angle=0.5), ground=False)
+        view.frame(bob.Camera(azimuth=88, elevation=0, zoom=3), fraction=0.3)
+        frame = view.frame(bob.Camera(azimuth=90, elevation=0, zoom=3), fraction=1e-4)
+        old = (frame.shown.mask > 0) & (frame.gbuffer.mask == 0) & (frame.shown.guides.hit > 0)
+        kept.append(old.sum())
+        light.append(frame.shown.gray[old].mean())
+    assert kept[1] > max(100, 0.95 * kept[0])
+    assert light[1] / light[0] == pytest.approx(through_a_pane(1), abs=0.02)
+
+
 def test_a_camera_may_be_inside_of_sheets():
     ball = glass(sphere_mesh(), thin=True, ior=1.0)
     camera = bob.Camera(position=(0, 0, 0), target=(0, 0, 1), up=(1, 0, 0), fov=20)

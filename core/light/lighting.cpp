@@ -41,6 +41,9 @@ bool shows_things(const Material& material) {
     return material.is_physical() && squared_roughness(material) <= smooth && (material.transmission >= 0.5 || material.metallic >= 0.5);
 }
 
+/// Smooth sheets of glass send light straight on: rays to lights pass them.
+bool is_smooth_sheet(const Material& material) { return material.transmission > 0 && material.is_thin && squared_roughness(material) <= smooth; }
+
 /// Glass in larger scenes is as clear as in scenes of this radius, in their units.
 constexpr double max_radius = 1e38;
 
@@ -146,7 +149,7 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
     std::size_t wanted = 0;
     inner_widths.resize(inner.size());
     for (std::size_t j = 0; j < inner.size(); ++j) {
-        if (hits[j].instance == no_instance || !wants[number[j]]) continue;
+        if (hits[j].instance == no_instance || !(wants[number[j]] || sheets_[hits[j].instance])) continue;
         inner[wanted] = inner[j], number[wanted] = number[j], hits[wanted] = hits[j], inner_widths[wanted] = widths[number[j]];
         ++wanted;
     }
@@ -205,6 +208,7 @@ Lighting::Lighting(const Scene& scene, Lights lights)
         const Instance& instance = scene[k];
         const double min_scale = singular_values(instance.to_shape)[2];
         has_glass_ = has_glass_ || instance.material.transmission > 0, shows_things_ = shows_things_ || shows_things(instance.material);
+        sheets_.push_back(is_smooth_sheet(instance.material));
         errors_.push_back(static_cast<float>(std::min(1., static_cast<double>(instance.shape->hit_error()) / min_scale)) + rounding);
     }
     const Sky& sky = lights_.sky;
@@ -227,19 +231,22 @@ namespace {
 
 struct Path {
     Vec3 throughput{1, 1, 1};
-    float density = 0;  // of its last direction, for the balance heuristic; infinite if no light is drawn there
+    // Of the direction that it was last scattered to, for the balance heuristic; infinite if no light is sampled there.
+    float density = std::numeric_limits<float>::infinity();
     std::uint32_t slot = 0;
     std::int32_t left = 0;  // surfaces that it may still be shaded at
     float change = 0;       // of its light for each radian that the eye turns by
     Media media;
     bool through_glass = false;
-    bool to_ground = false; // rather than to the eye: its light reduces the shadow there
+    bool to_ground = false;    // rather than to the eye: its light reduces the shadow there
+    bool from_ground = false;  // not yet scattered; the ground samples discs by itself
 };
 
-/// Light on its way, which arrives unless something is between.
+/// Light on its way, which arrives unless anything but sheets is between.
 struct Sent {
     Vec3 light;
     float change;
+    float lost;  // of the ground: the share of its light that is missing if nothing arrives
     std::uint32_t slot;
     enum To : std::uint8_t { surface, surface_beside_ground, ground } to;
 };
@@ -285,11 +292,13 @@ public:
             lighting_.meet(rays_, widths_, wants_, memory_);
             if (surface == 0) share_first_hits();
             send(surface);
-            receive();
+            receive(surface);
         }
     }
 
 private:
+    static constexpr float wide = 0.05f;  // of rays that rough surfaces reflect
+
     struct InPicture {
         float row, column;
     };
@@ -319,16 +328,35 @@ private:
                 if (met[i].kind == Met::ground) shade_ground(path, met[i]);
                 if (met[i].kind != Met::surface) continue;
             } else if (met[i].kind == Met::sky) {
-                // A path from the ground counts light of the sky only after a surface reflected it.
-                if (!path.to_ground || surface > 1) arrive(path, escaped(rays_[i].direction, path.density));
+                // A path from the ground counts light of the sky only after it met a surface.
+                if (!path.from_ground) {
+                    arrive(path, escaped(rays_[i].direction, path.density));
+                } else if (surface > 1) {
+                    arrive(path, lights_.sky.radiance(rays_[i].direction));
+                }
                 continue;
             }
             if (path.to_ground && surface == 1) to.shadow += luminance(lights_.sky.radiance(rays_[i].direction)) / lighting_.ground_light_;
             if (met[i].material->emits()) arrive(path, Material::rounded(met[i].material->emissive));
-            if (path.left > 0 && surface < (path.through_glass ? max_in_glass : max_surfaces)) shade(path, met[i], rays_[i].direction, surface);
+            const bool is_of_sheet = is_sheet(met[i]);
+            if (surface >= (path.through_glass || is_of_sheet ? max_in_glass : max_surfaces)) continue;
+            if (path.left > 0) {
+                shade(path, met[i], rays_[i].direction, surface);
+            } else if (is_of_sheet) {
+                // It meets no more surfaces, but a light may be behind the sheet.
+                const Ray ray = through(met[i], rays_[i].direction, path.throughput);
+                if (luminance(path.throughput) >= min_throughput) go_on(ray, path, wide);
+            }
         }
         rays_.swap(next_rays_), paths_.swap(next_paths_), widths_.swap(next_widths_), wants_.swap(next_wants_);
     }
+
+    /// Continues a path. One that may not be shaded any more only learns whether there is a surface.
+    void go_on(const Ray& ray, const Path& path, float width) {
+        next_rays_.push_back(ray), next_paths_.push_back(path), next_widths_.push_back(width), next_wants_.push_back(path.left > 0);
+    }
+
+    [[nodiscard]] bool is_sheet(const Met& met) const { return met.kind == Met::surface && lighting_.sheets_[met.instance]; }
 
     /// Adds light at the end of a path.
     void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.change, path.to_ground); }
@@ -384,7 +412,7 @@ private:
             const Vec3 light = share * product(path.throughput, product(reflection(own), radiance_over_density));
             if (!(luminance(light) > 0)) return;
             const float change = surface == 0 && asks_for_changes_ ? reflection.change_per_radian(own) : path.change;
-            light_rays_.push_back({origin, toward}), sent_.push_back({light, change, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
+            light_rays_.push_back({origin, toward}), sent_.push_back({light, change, 0, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
         };
         std::uint32_t number = 0;
         for (const DiscLight& disc : lights_.discs) {
@@ -410,10 +438,9 @@ private:
         if (const float along = dot(toward, met.face); along <= 0) toward = toward - 2 * along * met.face;
         Path on = path;
         if (surface == 0 && asks_for_changes_) on.change = reflection.change_per_radian(drawn.toward);
-        on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density;
+        on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density, on.from_ground = false;
         if (!drawn.is_mirrored) --on.left;
-        next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(on.left > 0);
-        next_widths_.push_back(drawn.is_mirrored ? width_ : 0.05f);
+        go_on({origin, toward}, on, drawn.is_mirrored ? width_ : wide);
         to.is_uncertain = true;
     }
 
@@ -422,7 +449,7 @@ private:
               const std::array<float, Sobol::dimensions>& draws) {
         const Material& material = *met.material;
         Path on = path;
-        on.density = std::numeric_limits<float>::infinity(), on.through_glass = true;
+        on.density = std::numeric_limits<float>::infinity(), on.through_glass = true, on.from_ground = false;
         const float alpha = squared_roughness(material);
         if (surface == 0) on.change = 1 / alpha;
         const bool is_thin = material.is_thin, is_left = path.media.contains(met.instance), is_straight = is_left && path.media.last() != met.instance;
@@ -443,15 +470,28 @@ private:
             const Vec3 own = is_reflected ? mirrored : is_thin ? Vec3{mirrored.x, mirrored.y, -mirrored.z} : refracted(eye, half, eta, boundary.beyond);
             if (is_reflected != (own.z > 0)) return;
             if (is_rough) on.throughput = (is_reflected ? facets.joint(eye.z, own.z) : 1) * facets.masking(std::abs(own.z)) * on.throughput;
-            toward = across.from(own);
-            if (const float along = dot(toward, met.face); (along > 0) != is_reflected) toward = toward - 2 * along * met.face;
+            if (is_sheet(met) && !is_reflected) {
+                on.density = path.density, on.from_ground = path.from_ground;  // straight on, as rays to lights
+            } else {
+                toward = across.from(own);
+                if (const float along = dot(toward, met.face); (along > 0) != is_reflected) toward = toward - 2 * along * met.face;
+            }
         }
         on.media = is_reflected ? path.media : beyond;
         if (!is_reflected && !is_left) on.throughput = product(on.throughput, met.color);  // once for each solid
         if (luminance(on.throughput) < min_throughput) return;
         const Vec3 origin = met.point + (is_reflected ? met.start : -met.start) * met.face;
-        next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(1), next_widths_.push_back(width_);
+        go_on({origin, toward}, on, width_);
         arrived[path.slot].is_uncertain = true;
+    }
+
+    /// The ray straight on through a sheet. Multiplies its light by the probability that a path goes there, and by the colour.
+    static Ray through(const Met& met, Vec3 direction, Vec3& light) {
+        const Material& sheet = *met.material;
+        const float along = std::clamp(-dot(direction, met.normal), 1e-3f, 1.f);
+        const float transmitted = 1 - Boundary::sheet(along, Material::rounded(sheet.ior)).reflectance;
+        light = product(light, Material::rounded(sheet.transmission) * transmitted * met.color);
+        return {met.point - met.start * met.face, direction};
     }
 
     /// Samples the share of its light that the ground lacks.
@@ -459,11 +499,11 @@ private:
         if (!(lighting_.ground_light_ > 0)) return;
         const Vec3 origin = met.point + met.start * met.face;
         const PixelSequence& sequence = sequences_[path.slot];
-        const auto send_light = [&](Vec3 toward, float light) {
+        const auto send_light = [&](Vec3 toward, Vec3 color, float light) {
             const float lost = light / lighting_.ground_light_;
             const Ray ray{origin, toward};
             if (!(lost > 0) || !(toward.z > 0) || entry(ray) < 0) return;
-            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, 0, path.slot, Sent::ground});
+            light_rays_.push_back(ray), sent_.push_back({color, 0, lost, path.slot, Sent::ground});
             arrived[path.slot].is_uncertain = true;
         };
         std::uint32_t number = 0;
@@ -471,33 +511,44 @@ private:
             const auto [u, v, w, x] = sequence(1 + ++number % (groups_of_surface - 1));
             const Vec3 toward = disc.height > 0 ? Across(disc.direction).from(in_cap(disc.height, u, v)) : disc.direction;
             // The disc's own mean over the cap is its colour times the cosine, but for its part below the horizon.
-            send_light(toward, luminance(disc.color) * toward.z * (disc.height > 0 ? 2 / (2 - disc.height) : 1));
+            send_light(toward, disc.color, luminance(disc.color) * toward.z * (disc.height > 0 ? 2 / (2 - disc.height) : 1));
         }
         const auto [choice, u, v, other] = sequence(1);
         // A surface that hides the sky reflects light: the path continues there.
         const Ray ray{origin, cosine_weighted(u, v)};
         if (!(ray.direction.z > 0) || entry(ray) < 0) return;
         Path on = path;
-        on.density = std::numeric_limits<float>::infinity(), on.to_ground = true;
-        next_wants_.push_back(--on.left > 0);
-        next_rays_.push_back(ray), next_paths_.push_back(on), next_widths_.push_back(0.05f);
+        on.to_ground = on.from_ground = true;
+        --on.left;
+        go_on(ray, on, wide);
         arrived[path.slot].is_uncertain = true;
     }
 
-    /// Lets light arrive that nothing holds up.
-    void receive() {
-        if (light_rays_.empty()) return;
-        const std::vector<float> widths(light_rays_.size());
-        const std::vector<std::uint8_t> wants(light_rays_.size());
-        lighting_.meet(light_rays_, widths, wants, memory_);
-        for (std::size_t i = 0; i < sent_.size(); ++i) {
-            const bool is_free = memory_.met[i].kind == Met::sky;
-            const auto& [light, change, slot, to] = sent_[i];
-            if (to == Sent::ground) {
-                if (!is_free) arrived[slot].shadow += light.x;
-            } else if (is_free) {
-                arrive(slot, light, change, to == Sent::surface_beside_ground);
+    /// Adds the light that reaches surfaces, through as many sheets as paths pass.
+    void receive(int surface) {
+        for (; !light_rays_.empty(); ++surface) {
+            const std::vector<float> widths(light_rays_.size());
+            const std::vector<std::uint8_t> wants(light_rays_.size());
+            lighting_.meet(light_rays_, widths, wants, memory_);
+            std::size_t left = 0;
+            for (std::size_t i = 0; i < sent_.size(); ++i) {
+                const Met& met = memory_.met[i];
+                auto& [light, change, lost, slot, to] = sent_[i];
+                if (is_sheet(met) && surface + 1 < max_in_glass) {
+                    const float whole = luminance(light);
+                    const Ray ray = through(met, light_rays_[i].direction, light);
+                    const float share = luminance(light) / whole;
+                    if (to == Sent::ground) arrived[slot].shadow += (1 - share) * lost;
+                    lost *= share;
+                    if (!(share > 0)) continue;
+                    light_rays_[left] = ray, sent_[left] = sent_[i], ++left;
+                } else if (to == Sent::ground) {
+                    if (met.kind != Met::sky) arrived[slot].shadow += lost;
+                } else if (met.kind == Met::sky) {
+                    arrive(slot, light, change, to == Sent::surface_beside_ground);
+                }
             }
+            light_rays_.resize(left), sent_.resize(left);
         }
     }
 

@@ -53,7 +53,8 @@ private:
     /// The ray through a place in the picture; false where it can meet nothing.
     bool sees(const Projection& projection, float row, float column, Ray& ray) const;
 
-    /// Finds the first surface, the ground or the sky of each ray. Rays that don't want surfaces only learn whether there is one.
+    /// Finds the first surface, the ground or the sky of each ray. Rays that don't want surfaces only learn whether there is one,
+    /// or about a sheet.
     void meet(std::span<const Ray> rays, std::span<const float> widths, std::span<const std::uint8_t> wants, Memory& memory) const;
 
     /// Writes the first hits through places in the picture, whose rays are so wide a share of a pixel.
@@ -72,10 +73,11 @@ private:
     const Scene& scene_;
     Lights lights_;
     bool has_glass_ = false, shows_things_ = false;
-    std::vector<float> errors_;  // of each instance: how far above its surfaces rays start
-    float ground_;               // its height; infinite without one
-    float ground_light_;         // luminance of a white, rough, empty ground
-    float radius_;               // of the unit sphere, in the scene's units
+    std::vector<float> errors_;         // of each instance: how far above its surfaces rays start
+    std::vector<std::uint8_t> sheets_;  // of each instance: whether it is a smooth sheet of glass
+    float ground_;                      // its height; infinite without one
+    float ground_light_;                // luminance of a white, rough, empty ground
+    float radius_;                      // of the unit sphere, in the scene's units
 };
 
 }  // namespace bob
