@@ -129,6 +129,11 @@ def glass(ior: float = 1.5, roughness: float = 0, attenuation: tuple[float, ...]
     return {"material": bob.Glass(ior=ior, attenuation=attenuation, distance=1.0), "bsdf": bsdf, "medium": medium}
 
 
+def pane(*color: float) -> dict[str, Any]:
+    bsdf = {"type": "thindielectric", "int_ior": 1.5, "ext_ior": 1.0, "specular_transmittance": rgb(color)}
+    return {"material": bob.Glass(thin=True, color=color), "bsdf": bsdf}
+
+
 # ---- Cases -----------------------------------------------------------------------------------------------
 
 
@@ -192,6 +197,12 @@ CASES = {
     "rough glass": Case(
         [ON_FLOOR[0], *balls(glass(1.5, 0.4), matt(0.8, 0.3, 0.2), glass(1.5, 0.6))],
         [bob.Sky((0.5, 0.7, 1.0), (0.6, 0.3, 0.1))], bounces=8,
+    ),
+    "panes": Case(
+        [ON_FLOOR[0], *balls(matt(0.8, 0.8, 0.8), matt(0.8, 0.3, 0.2), metal(0.3, *GOLD)),
+         Thing("block", (-1.35, 0.4, 0.72), **pane(0.6, 0.9, 1.0), size=0.7, turn=15),
+         Thing("block", (1.35, 0.4, 0.72), **pane(1.0, 1.0, 1.0), size=0.7)],
+        [bob.Sky(image=environment(), turn=-60)], bounces=8, paths=512,
     ),
 }  # fmt: skip
 
