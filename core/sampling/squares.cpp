@@ -1,6 +1,8 @@
 #include "sampling/squares.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "sampling/order.h"
@@ -10,7 +12,10 @@ namespace {
 
 /// Contrasts of squares that are divided first, next, and then. At 5 %, SSIM of 14 models is .9143 with 64, .9116 with 32
 /// and .9107 with 256. At 25 %, over 24 and 30 models, it falls by .0005 and .0002 without 24, and by .004 without 24 and 8.
-constexpr std::uint32_t strong = 64, visible = 24, faint = 8, any = 0;
+constexpr std::uint8_t strong = 64, visible = 24, faint = 8, any = 0;
+
+/// Squares whose bytes are read as one number.
+constexpr std::uint32_t at_once = sizeof(std::uint64_t);
 
 }  // namespace
 
@@ -46,7 +51,11 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
         ++rounds_;
         const Squares squares(divisions_[0].side);
         for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
-            for (std::uint32_t column = squares.first; column < width_; column += squares.side) decide(row, column);
+            for (std::uint32_t column = squares.first; column < width_; column += squares.side) {
+                std::uint8_t& is_decided = is_decided_[std::size_t{row} * width_ + column];
+                if (!is_decided) round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
+                is_decided = 1;
+            }
         }
     }
     for (; round_.empty() && rounds_ <= divisions_.size(); ++rounds_) {
@@ -91,44 +100,54 @@ void SquaresOrder::read_all(Level& level, const ShadeReader& shades_at) {
     }
 }
 
-void SquaresOrder::divide(const Level& level, std::uint32_t contrast) {
-    const Squares& squares = level.squares;
-    differs_.assign(level.across, 0), either_.resize(level.across);
+void SquaresOrder::divide(Level& level, std::uint8_t contrast) {
+    const std::size_t count = level.contrasts.size();
+    is_next_.resize(count + at_once);  // rows are read past their end
+    const std::uint8_t* const contrasts = level.contrasts.data();
+    std::uint8_t *__restrict const is_whole = level.is_whole.data(), *__restrict const is_next = is_next_.data();
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint8_t differs = contrasts[i] >= contrast, whole = is_whole[i];
+        is_next[i] = whole & differs;
+        is_whole[i] = whole & ~differs;
+    }
     for (std::uint32_t y = 0; y < level.down; ++y) {
-        differs_above_.swap(differs_);
-        differs_.resize(level.across);
-        const std::uint8_t* const contrasts = level.contrasts.data() + std::size_t{y} * level.across;
-        std::transform(contrasts, contrasts + level.across, differs_.begin(), [=](std::uint8_t own) { return own >= contrast; });
-        const std::uint32_t below = squares.first + y * squares.side, middle = below - squares.side / 2;  // or far outside
-        if (y > 0) {
-            std::ranges::transform(differs_above_, differs_, either_.begin(), [](std::uint8_t a, std::uint8_t b) { return a | b; });
-            decide_row(squares, below - squares.side, either_);
+        const std::uint8_t* const divided = is_next + std::size_t{y} * level.across;
+        const std::uint32_t below = level.squares.first + y * level.squares.side, middle = below - level.squares.side / 2;  // or far outside
+        if (y > 0) decide_row(level, below - level.squares.side, divided - level.across, divided);
+        if (middle < height_) decide_row(level, middle, divided, divided);
+    }
+}
+
+void SquaresOrder::decide_row(const Level& level, std::uint32_t row, const std::uint8_t* above, const std::uint8_t* below) {
+    const auto [side, origin] = level.squares;
+    const std::uint32_t width = width_, across = level.across;
+    std::uint8_t* const is_decided = &is_decided_[std::size_t{row} * width];
+    in_row_.resize(width + std::size_t{1});
+    Pixel* end = in_row_.data();
+    const auto decide = [&end, is_decided, row](std::uint32_t column) {  // without a branch: half of them are decided
+        *end = {static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
+        end += 1 - is_decided[column];
+        is_decided[column] = 1;
+    };
+    for (std::uint32_t first = 0; first < across; first += at_once) {
+        std::uint64_t upper, lower;
+        std::memcpy(&upper, above + first, at_once), std::memcpy(&lower, below + first, at_once);
+        std::uint64_t divided = upper | lower;
+        if (across - first < at_once) divided &= (std::uint64_t{1} << 8 * (across - first)) - 1;
+        for (; divided; divided &= divided - 1) {
+            const std::uint32_t x = first + static_cast<std::uint32_t>(std::countr_zero(divided)) / 8;
+            const std::uint32_t right = origin + x * side, middle = right - side / 2;
+            if (x > 0) decide(right - side);
+            if (middle < width) decide(middle);
+            if (x + 1 < across) decide(right);
         }
-        if (middle < height_) decide_row(squares, middle, differs_);
     }
-}
-
-void SquaresOrder::decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided) {
-    const auto begin = divided.begin(), end = divided.end();
-    for (auto found = std::find(begin, end, 1); found != end; found = std::find(found + 1, end, 1)) {
-        const auto x = static_cast<std::uint32_t>(found - begin);
-        const std::uint32_t right = squares.first + x * squares.side, middle = right - squares.side / 2;
-        if (x > 0) decide(row, right - squares.side);
-        if (middle < width_) decide(row, middle);
-        if (found + 1 != end) decide(row, right);
-    }
-}
-
-void SquaresOrder::decide(std::uint32_t row, std::uint32_t column) {
-    std::uint8_t& is_decided = is_decided_[std::size_t{row} * width_ + column];
-    if (is_decided) return;
-    is_decided = 1;
-    round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
+    round_.insert(round_.end(), in_row_.data(), end);
 }
 
 std::size_t SquaresOrder::bytes() const {
-    std::size_t sum = is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + differs_.capacity() + differs_above_.capacity() + either_.capacity();
-    for (const Level& level : levels_) sum += level.corners.capacity() * sizeof(ShadeRange) + level.contrasts.capacity();
+    std::size_t sum = is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + is_next_.capacity() + in_row_.capacity() * sizeof(Pixel);
+    for (const Level& level : levels_) sum += level.corners.capacity() * sizeof(ShadeRange) + level.contrasts.capacity() + level.is_whole.capacity();
     return sum;
 }
 

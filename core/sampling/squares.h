@@ -58,7 +58,7 @@ private:
     struct Level {
         Level(std::uint32_t side, std::uint32_t height, std::uint32_t width)
             : squares(side), down(squares.lines(height) + 1), across(squares.lines(width) + 1), corners(std::size_t{down} * across),
-              contrasts(corners.size()) {}
+              contrasts(corners.size()), is_whole(corners.size(), 1) {}
 
         /// Adds a pixel to the squares that it is a corner of.
         void add(std::uint32_t row, std::uint32_t column, const ShadeRange& sample);
@@ -67,6 +67,7 @@ private:
         std::uint32_t down, across;
         std::vector<ShadeRange> corners;
         std::vector<std::uint8_t> contrasts;
+        std::vector<std::uint8_t> is_whole;  // 0 once divided: all pixels of it are decided then
     };
 
     /// Reads the samples of the last round, for all levels.
@@ -74,15 +75,15 @@ private:
     /// Reads the samples of all rounds again.
     void read_all(Level& level, const ShadeReader& shades_at);
     /// Makes a round that divides all squares of a level of at least this contrast.
-    void divide(const Level& level, std::uint32_t contrast);
-    /// Chooses the corners and the middles between them in a row of the picture, next to squares to be divided.
-    void decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided);
-
-    void decide(std::uint32_t row, std::uint32_t column);
+    void divide(Level& level, std::uint8_t contrast);
+    /// Chooses the corners and the middles between them in a row of the picture, next to squares to be divided: those
+    /// with a 1 in one of two rows of squares.
+    void decide_row(const Level& level, std::uint32_t row, const std::uint8_t* above, const std::uint8_t* below);
 
     /// The squares that a round divides.
     struct Division {
-        std::uint32_t side, contrast;
+        std::uint32_t side;
+        std::uint8_t contrast;
     };
     static const Division by_contrast[], by_priority[];
 
@@ -92,7 +93,8 @@ private:
     std::vector<std::uint8_t> is_decided_;  // of each pixel
     std::vector<Pixel> round_;
     std::vector<Level> levels_;  // by size, the smallest first
-    std::vector<std::uint8_t> differs_, differs_above_, either_;  // of a row of squares, of the row above, and of both
+    std::vector<std::uint8_t> is_next_;  // squares of a level to be divided
+    std::vector<Pixel> in_row_;
 };
 
 }  // namespace bob
