@@ -14,7 +14,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 TOLD = """
@@ -155,6 +157,11 @@ def page_server(files: Any) -> Iterator[Any]:
 def picture_at(address: str) -> Image.Image:
     """Return the picture of a data: address."""
     return Image.open(BytesIO(base64.b64decode(address.partition(",")[2])))
+
+
+def numbers(text: str, kind: Any = np.float32) -> NDArray[Any]:
+    """Return the numbers of a page's array from its bytes in base64; a list takes 10 µs for each of them."""
+    return np.frombuffer(base64.b64decode(text), kind)
 
 
 def missing(reason: str) -> None:

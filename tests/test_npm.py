@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from browser import missing, serving
+from browser import missing, numbers, serving
 
 import bobrossnet as bob
 from bobrossnet.page.package import README, write_package, write_types
@@ -50,7 +50,7 @@ EXACT = """async () => {
   }
   view.camera = { azimuth: 30 };
   await view.converged();
-  return Array.from((await view.viewing.buffers()).image);
+  return new Uint8Array((await view.viewing.buffers()).image.buffer).toBase64();
 }"""
 
 TOOLS = {
@@ -98,7 +98,7 @@ def folder(packed, tmp_path_factory):
 
 def assert_exact(page, file):
     page.wait_for_function("() => customElements.get('bob-view')")
-    image = np.reshape(np.array(page.evaluate(EXACT), np.float32), (HEIGHT, WIDTH))
+    image = numbers(page.evaluate(EXACT)).reshape(HEIGHT, WIDTH)
     wanted = bob.trace(bob.load(file), bob.Camera(), size=(HEIGHT, WIDTH)).gray
     assert (np.abs(to_8_bit(image).astype(int) - to_8_bit(wanted)) > 1).mean() < 0.002
 

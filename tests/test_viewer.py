@@ -14,7 +14,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 import trimesh
-from browser import page_server, picture_at, serving
+from browser import numbers, page_server, picture_at, serving
 from models import MODELS, needs_models
 from PIL import Image
 from processes import COMMAND, running
@@ -369,10 +369,12 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     first = page.tab.evaluate("""
         async () => {
           const { height, width, planes, image } = await bobrossnet.buffers();
-          return { size: [height, width], mask: Array.from(planes.slice(0, height * width)), image: Array.from(image) };
+          const known = planes.slice(0, height * width);
+          const [mask, gray] = [known, image].map(({ buffer }) => new Uint8Array(buffer).toBase64());
+          return { size: [height, width], mask, gray };
         }
     """)
-    mask, image = np.array(first["mask"]), np.array(first["image"], np.float32).reshape(first["size"])
+    mask, image = numbers(first["mask"]), numbers(first["gray"]).reshape(first["size"])
     assert mask.sum() / mask.size == pytest.approx(page.tab.evaluate("() => bobrossnet.statistics.fraction"))
     assert_equal_pictures(page.pixels(), color_to_8_bit(image), pixels=0)
 
@@ -413,7 +415,7 @@ def buffers(page):
 
 
 def planes_of(found):
-    return np.frombuffer(base64.b64decode(found["planes"]), np.float32).reshape(-1, *found["size"])
+    return numbers(found["planes"]).reshape(-1, *found["size"])
 
 
 NEXT = """async (azimuth) => {
@@ -543,12 +545,12 @@ async ({ address, batches, height, width, pixels, samples }) => {
       pixels: Int32Array.from(pixels.slice(0, 2 * count)), samples: Float32Array.from(samples.slice(0, 6 * count)),
     };
     const back = expected && new Promise((resolve) => (port1.onmessage = ({ data }) => resolve(data.length)));
-    const planes = expected ? Float32Array.from(expected) : null;
+    const planes = expected ? new Float32Array(Uint8Array.fromBase64(expected).buffer) : null;
     const message = { kind: "samples", batch, model: planned, ...values, expected: planes };
     port1.postMessage(message, planes ? [planes.buffer] : []);
     const { model, traced } = (await picture).picture, buffers = reply("buffers");
     worker.postMessage({ kind: "buffers" });
-    result.push([model, traced, [...(await buffers).buffers.image], await back]);
+    result.push([model, traced, new Uint8Array((await buffers).buffers.image.buffer).toBase64(), await back]);
   }
   worker.terminate();
   return result;
@@ -681,7 +683,7 @@ def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
         {"count": few, "model": "default"},
         {"count": 480, "model": "filling"},
         {"count": few, "model": "paper"},
-        {"count": few, "model": "filling", "expected": expected.ravel().tolist()},
+        {"count": few, "model": "filling", "expected": base64.b64encode(expected.astype(np.float32)).decode()},
         {"count": few, "model": "default"},
     ]
     found = page.tab.evaluate(
@@ -699,7 +701,7 @@ def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
         part = bob.GBuffer(mask=known[0], gray=known[1], depth=known[2], normal=np.moveaxis(known[3:], 0, -1))
         ours, other = (bob.complete(part, model=model) for model in (name, {"default": "filling"}.get(name, "default")))
         # The page clamps before interpolation, Python after it.
-        assert np.abs(np.reshape(image, ours.shape) - ours).mean() < 1e-4 < np.abs(ours - other).mean(), name
+        assert np.abs(numbers(image).reshape(ours.shape) - ours).mean() < 1e-4 < np.abs(ours - other).mean(), name
 
 
 MOVES = """
@@ -726,7 +728,8 @@ async ({ address, file, height, width }) => {
   const traced = trace(second, cameraAt(33), 300), shown = history.picture(new Float32Array(expected.length));
   const rest = trace(second, cameraAt(33), height * width - 300);
   const jumps = !history.move(scene.handle, cameraAt(33), second.planes, cameraAt(200), 8);
-  return { expects, jumps, expected: [...expected], shown: [...shown], traced, rest };
+  const [before, after] = [expected, shown].map((planes) => new Uint8Array(planes.slice().buffer).toBase64());
+  return { expects, jumps, expected: before, shown: after, traced, rest };
 }
 """
 
@@ -737,7 +740,7 @@ def test_what_the_page_carries_along_is_shaded_anew_and_its_pixels_are_exact(pag
         MOVES, {"address": viewer.url, "file": "gallery/happy_tree.bob", "height": 60, "width": 80}
     )
     exact = bob.trace(bob.happy_tree(), bob.Camera(azimuth=33), size=size).stack()
-    expected, shown = (np.reshape(found[name], (5, *size)) for name in ("expected", "shown"))
+    expected, shown = (numbers(found[name]).reshape(5, *size) for name in ("expected", "shown"))
     known = expected[0] > 0
     assert found["expects"]
     assert found["jumps"]
@@ -819,7 +822,7 @@ onmessage = async ({ data: { name, file, threads, times, lenders } }) => {
   const camera = { azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 }, pictures = [];
   for (let i = 0; i < times; ++i) {
     const scene = buildScene(core, description);
-    pictures.push([...scene.trace(pixels, size, camera)]);
+    pictures.push(new Uint8Array(scene.trace(pixels, size, camera).slice().buffer).toBase64());
     scene.free();
   }
   let refused = "";
@@ -828,7 +831,7 @@ onmessage = async ({ data: { name, file, threads, times, lenders } }) => {
   } catch (error) {
     refused = error.message;
   }
-  const [picture] = pictures, same = pictures.every((other) => String(other) === String(picture));
+  const [picture] = pictures, same = pictures.every((other) => other === picture);
   postMessage({ same, picture, refused });
 };
 """
@@ -1026,11 +1029,11 @@ def test_difference_is_that_of_the_first_picture(page):
     first, image = page.tab.evaluate("""
         async () => {
           const { first, image } = await bobrossnet.buffers();
-          return [Array.from(first), Array.from(image)];
+          return [first, image].map(({ buffer }) => new Uint8Array(buffer).toBase64());
         }
     """)
-    difference = 4 * np.abs(np.subtract(first, image)).reshape(HEIGHT, WIDTH)
-    assert_equal_pictures(page.pixels(), to_8_bit(difference.astype(np.float32)), pixels=0)
+    difference = 4 * np.abs(numbers(first) - numbers(image)).reshape(HEIGHT, WIDTH)
+    assert_equal_pictures(page.pixels(), to_8_bit(difference), pixels=0)
     page.wait_until(lambda: "4 times as bright" in page.text("#note"))
 
 
@@ -1044,8 +1047,8 @@ def test_uncertain_is_where_errors_are_expected(page):
     planes, shown = None, None
     while planes is None or (shown != page.pixels()).any():
         shown = page.pixels()
-        planes = page.tab.evaluate("async () => Array.from((await bobrossnet.buffers()).planes)")
-    mask, gray, depth, x, y = np.reshape(np.array(planes, np.float32), (5, HEIGHT, WIDTH))
+        planes = buffers(page)
+    mask, gray, depth, x, y = planes
     part = bob.GBuffer(mask=mask, gray=gray, depth=depth, normal=np.stack([x, y], -1))
     assert 0 < part.fraction < 1
     model = page.tab.evaluate("() => bobrossnet.statistics.model")

@@ -8,10 +8,12 @@ import struct
 import warnings
 import zipfile
 import zlib
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import numbers
 from gltf_cases import CASES as GLTF_CASES
 from models import MODELS, needs_models
 from PIL import Image
@@ -47,7 +49,8 @@ onmessage = async ({ data: { file, name, beside, height, width, camera } }) => {
     const at = (_, i) => i % 2 ? place(i) % width : Math.floor(place(i) / width);
     const pixels = Int32Array.from({ length: 2 * height * width }, at);
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
-    const planes = Array.from(gbuffer.planes), color = gbuffer.color && Array.from(gbuffer.color);
+    const text = (array) => array && new Uint8Array(array.slice().buffer).toBase64();
+    const planes = text(gbuffer.planes), color = text(gbuffer.color);
     gbuffer.free(), scene.free();
     const { warnings = [], instances } = description;
     postMessage({ planes, color, warnings, names: instances.map(({ name }) => name) });
@@ -67,8 +70,8 @@ ASK = """
 """
 
 
-@pytest.fixture(scope="module")
-def page(browser, viewer):
+@contextmanager
+def opened(browser, viewer):
     viewer.files["tested/worker.js"] = WORKER
     page = browser.new_page()
     page.goto(viewer.url + "gallery/index.json")
@@ -77,8 +80,18 @@ def page(browser, viewer):
     page.close()
 
 
+@pytest.fixture(scope="module")
+def page(browser, viewer):
+    with opened(browser, viewer) as page:
+        yield page
+
+
 @pytest.fixture
 def read(page, viewer):
+    return read_by(page, viewer)
+
+
+def read_by(page, viewer):
     """Return the page's result for a file: `planes`, `color`, `names`, `warnings`; or `error`, `kind`, `line`."""
 
     def read(file, content=None, camera=CAMERA, beside=()):
@@ -89,9 +102,9 @@ def read(page, viewer):
         angles = {angle: getattr(camera, angle) for angle in ("azimuth", "elevation", "roll", "zoom")}
         found = page.evaluate(ASK, {**place, "camera": angles})
         if "planes" in found:
-            found["planes"] = np.array(found["planes"], np.float32).reshape(-1, *SIZE)
+            found["planes"] = numbers(found["planes"]).reshape(-1, *SIZE)
             color = found["color"]
-            found["color"] = None if color is None else np.array(color, np.float32).reshape(3, *SIZE)
+            found["color"] = None if color is None else numbers(color).reshape(3, *SIZE)
         return found
 
     return read
@@ -678,7 +691,7 @@ def test_masks_count_in_the_budget(read, tmp_path):
 
 
 SIZE_OF = """async ([bytes, sizes]) => {
-  const { sizeOfPicture } = await import("/files/picture_head.js"), all = Uint8Array.from(bytes);
+  const { sizeOfPicture } = await import("/files/picture_head.js"), all = Uint8Array.fromBase64(bytes);
   return sizes.map((size) => sizeOfPicture(all.subarray(0, size)) ?? null);
 }"""
 FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA", "AVIF of RGBA"]
@@ -693,8 +706,8 @@ def test_sizes_of_pictures_are_in_their_heads(form, page):
     file = io.BytesIO()
     image.save(file, name, **dict.fromkeys(kinds, True), **more)
     data = file.getvalue()
-    assert page.evaluate(SIZE_OF, [list(data), [len(data)]]) == [{"width": 301, "height": 37}]
-    assert page.evaluate(SIZE_OF, [list(data), [0, 1, 2, 3, 5, 8]]) == [None] * 6  # truncated
+    sizes = page.evaluate(SIZE_OF, [base64.b64encode(data).decode(), [len(data), 0, 1, 2, 3, 5, 8]])
+    assert sizes == [{"width": 301, "height": 37}, *[None] * 6]  # the others truncated
 
 
 @pytest.mark.parametrize("form", ["JPEG", "PNG"])
@@ -808,9 +821,12 @@ def test_other_shared_textures_are_refused(changes, read, tmp_path):
     assert "error" not in read(file)
 
 
-def test_scene_files_have_a_budget_of_texels(read, tmp_path):
-    """2^27 texels; the last one is too many."""
-    texture, uv = np.zeros((8192, 8192, 3), np.uint8), np.zeros((3, 2))
+def test_scene_files_have_a_budget_of_texels(browser, viewer, tmp_path, monkeypatch):
+    """The last texel is too many. The budget is 128 here, because 2^27 texels take seconds."""
+    monkeypatch.setattr("bobrossnet.adapters.surface.MAX_FILE_TEXELS", 128)
+    script = viewer.files["files/surface.js"].read_bytes()
+    viewer.files["files/surface.js"] = script.replace(b"MAX_FILE_TEXELS = 2 ** 27;", b"MAX_FILE_TEXELS = 128;")
+    texture, uv = np.zeros((8, 8, 3), np.uint8), np.zeros((3, 2))
     file = tmp_path / "a.bob"
     tensors, instances = {}, []
     look = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
@@ -821,8 +837,9 @@ def test_scene_files_have_a_budget_of_texels(read, tmp_path):
     file.write_bytes(sealed(layout({"shapes": ["mesh"] * 3, "instances": instances}, tensors, "2")))
     with pytest.raises(bob.InputError) as error:
         bob.load(file)
-    assert str(error.value) == "a.bob: shapes[2]: expected textures of at most 134,217,728 texels in all, got more"
-    assert read(file)["error"] == str(error.value)
+    assert str(error.value) == "a.bob: shapes[2]: expected textures of at most 128 texels in all, got more"
+    with opened(browser, viewer) as page:
+        assert read_by(page, viewer)(file)["error"] == str(error.value)
 
 
 @pytest.mark.parametrize(
