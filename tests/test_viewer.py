@@ -1407,7 +1407,7 @@ DAMAGED = "link: expected a script as this page packs it, got a damaged one; was
     ids=range(13),
 )
 def test_a_damaged_link_is_told(shared, viewer, address, message):
-    shared.visit(viewer.url + address)
+    shared.visit(viewer.url + SIZE + address.replace("?", "&"))
     shared.opened()
     assert message in shared.text("#message")
     assert shared.text("#message").count("\n") == 0
@@ -1420,9 +1420,9 @@ def test_a_link_is_unpacked_as_far_as_scripts_go(shared, viewer):
     deflate = zlib.compressobj(9, wbits=-15)
     block = deflate.compress(bytes(2**20)) + deflate.flush(zlib.Z_FULL_FLUSH)  # which refers to nothing before it
     for data in (deflated(bytes(2**20 + 1)), 900 * block + deflate.flush()):
-        shared.visit(viewer.url + script_link(data))
+        shared.visit(viewer.url + SIZE + script_link(data))
         assert shared.text("#message") == f"link: expected a script of at most {2**20} bytes, got a larger one"
-    shared.visit(viewer.url + script_link(deflated(bytes(2**20))))
+    shared.visit(viewer.url + SIZE + script_link(deflated(bytes(2**20))))
     assert shared.text("#message") == ""  # the core refuses it
 
 
