@@ -1,3 +1,4 @@
+import gc
 import os
 
 # Read when numpy is imported. With more, thousands of tiny linear systems (scipy's Delaunay) are each split over
@@ -24,6 +25,15 @@ LONGEST = (
     "test_failures",
     "test_figures_learned",
     "test_cli",
+    "test_complete",
+    "test_light_in_page",
+    "test_everyday",
+    "test_mesh_word",
+    "test_light",
+    "test_default_network",
+    "test_implicit",
+    "test_wasm",
+    "test_opencascade",
 )
 """The files that take the longest, run first, so that no worker starts a long file at the end."""
 
@@ -33,6 +43,15 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker(pytest.mark.flaky(reruns=1))  # a busy machine delays its processes; the report counts these
+
+
+def pytest_configure():
+    gc.disable()  # Collecting the tests imports a million objects, of which none is garbage.
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

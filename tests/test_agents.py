@@ -17,14 +17,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clocks import least
-from mcp import StdioServerParameters
-from mcp.client import Client
-from mcp.client.stdio import stdio_client
 from PIL import Image
 from processes import COMMAND, running
 
 import bobrossnet as bob
-from bobrossnet.agents.server import server
 from bobrossnet.agents.workspace import Workspace
 from bobrossnet.measuring.volumes import closed_volume
 from bobrossnet.sdf import X, Z, box, capped_cylinder, cylinder
@@ -62,14 +58,23 @@ def folder(tmp_path_factory):
     return folder
 
 
+def client(of):
+    """Return a client of a server, or of one for a folder. Their imports take two seconds, here in one worker alone."""
+    from mcp.client import Client
+
+    from bobrossnet.agents.server import server
+
+    return Client(server([of]) if isinstance(of, Path) else of)
+
+
 @pytest.fixture
 def calls(folder):
     """Calls tools one after another; each result is the object in the tool's text, or a picture's array."""
 
     def run(*wanted):
         async def session():
-            async with Client(server([folder])) as client:
-                return [await client.call_tool(name, settings) for name, settings in wanted]
+            async with client(folder) as session:
+                return [await session.call_tool(name, settings) for name, settings in wanted]
 
         return [contents(result) for result in finished(session())]
 
@@ -97,8 +102,8 @@ def contents(result):
 
 def test_tools_are_listed(folder):
     async def session():
-        async with Client(server([folder])) as client:
-            return {tool.name: tool.description for tool in (await client.list_tools()).tools}
+        async with client(folder) as session:
+            return {tool.name: tool.description for tool in (await session.list_tools()).tools}
 
     tools = finished(session())
     assert set(tools) == {"look", "describe", "pick", "measure", "compare", "mesh"}
@@ -426,11 +431,14 @@ def test_calls_keep_no_memory(calls):
 
 
 def test_the_command_speaks_the_protocol(folder):
+    from mcp import StdioServerParameters
+    from mcp.client.stdio import stdio_client
+
     async def session():
         arguments = ["-m", "bobrossnet", "mcp", str(folder)]
         command = StdioServerParameters(command=sys.executable, args=arguments, env=dict(os.environ))
-        async with Client(stdio_client(command)) as client:
-            return await client.call_tool("describe", {"file": "plate.stl"})
+        async with client(stdio_client(command)) as session:
+            return await session.call_tool("describe", {"file": "plate.stl"})
 
     told = contents(finished(session()))
     assert told["size"] == [6, 4, 1]
@@ -442,8 +450,8 @@ def test_the_command_serves_http_on_this_machine(folder):
         port = free.getsockname()[1]
 
     async def session():
-        async with Client(f"http://127.0.0.1:{port}/mcp") as client:
-            return await client.call_tool("describe", {"file": "plate.stl"})
+        async with client(f"http://127.0.0.1:{port}/mcp") as session:
+            return await session.call_tool("describe", {"file": "plate.stl"})
 
     with running([*COMMAND, "mcp", str(folder), "--port", str(port)], stderr=subprocess.DEVNULL):
         until = time.monotonic() + 60
