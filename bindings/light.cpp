@@ -131,6 +131,7 @@ void bind_light(nb::module_& m) {
     m.attr("NOISY_PASSES") = bob::MovingLight::noisy_passes;
     m.attr("VISIBLE_NOISE") = bob::MovingLight::visible_noise;
     m.attr("EDGE_RAYS") = bob::MovingLight::edge_rays;
+    m.attr("MOVING_EDGE_RAYS") = bob::MovingLight::moving_edge_rays;
     nb::class_<bob::LightPace>(m, "LightPace", "Size of a frame of moving light, and number of its pixels that get paths.")
         .def(nb::init<>())
         .def("scale", &bob::LightPace::scale, "total"_a, "time"_a,

@@ -625,6 +625,20 @@ def test_what_floats_high_has_no_shadow_without_a_ground():
     assert picture.alpha[inner(~hit, 1)].max() == 0
 
 
+# ---- The first picture of light --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "hits"),
+    [({"fraction": 0.3}, (4, 16, 16, 16)), ({"first": 1.0}, (16,)), ({"fraction": 0.3, "until": 1.0}, (16,))],
+    ids=["replaced", "of all pixels", "perhaps the last"],
+)
+def test_only_a_picture_that_is_replaced_has_few_hits_at_edges(options, hits):
+    frames = list(bob.progressive(white(sphere_mesh()), size=(24, 32), light="studio", **options))
+    assert tuple(frame.shown.guides.edges.hits.shape[1] for frame in frames) == hits
+    np.testing.assert_array_equal(frames[0].shown.guides.hit, frames[-1].shown.guides.hit)
+
+
 # ---- A moving camera -------------------------------------------------------------------------------------
 
 

@@ -15,15 +15,14 @@ void MovingLight::look_at_edges(int rays) {
 }
 
 void MovingLight::move(const Camera& camera, int height, int width) {
-    const bool is_first = !history_;
     camera_ = camera, height_ = height, width_ = width;
     ++moves_, frames_ = 0, is_at_rest_ = false;
     planes_.resize(first_hit::count * pixels());
     lighting_.first_hits(camera, height, width, planes_.data());
     edges_ = edges_between_surfaces(planes_.data(), height, width);
     rays_ = 0;
-    look_at_edges(is_first ? edge_rays : moving_edge_rays);
-    if (is_first) history_.emplace(height, width);
+    look_at_edges(moving_edge_rays);
+    if (!history_) history_.emplace(height, width);
     history_->move(camera, height, width, surfaces());
     begin_drawing();
 }

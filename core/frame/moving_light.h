@@ -27,7 +27,7 @@ public:
     /// errors of three pictures fall by 20 to 34 % in 5 to 30 % more time; with 8 times, by another 4 to 9 %.
     static constexpr std::uint32_t noisy_passes = 4;
     static constexpr float visible_noise = 1 / 255.f;
-    /// Rays of first hits at edges, down and across a pixel, and the same while the camera moves. SSIM of 5 scenes: of a first
+    /// Rays of first hits at edges, down and across a pixel, and the same until the camera rests. SSIM of 5 scenes: of a first
     /// picture .9580 with 1, .9659 with 2, .9674 with 4, .9672 with 8; moving .9617 with 1, .9697 with 2, .9712 with 4, in 1.8, 1.9
     /// and 2.2 s of processor time.
     static constexpr int edge_rays = 4, moving_edge_rays = 2;

@@ -390,6 +390,8 @@ VISIBLE_NOISE: float = 0.003921568859368563
 
 EDGE_RAYS: int = 4
 
+MOVING_EDGE_RAYS: int = 2
+
 class LightPace:
     def __init__(self) -> None: ...
     def scale(self, total: int, time: float) -> float: ...

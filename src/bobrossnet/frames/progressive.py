@@ -13,7 +13,7 @@ from bobrossnet.frames.partial_picture import PartialPicture
 from bobrossnet.frames.planner import Planner
 from bobrossnet.frames.positions import Positions
 from bobrossnet.picture.camera import CameraLike, as_camera
-from bobrossnet.picture.guides import check_guides
+from bobrossnet.picture.guides import Guides, check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
@@ -132,7 +132,11 @@ def progressive(
     elif section is not None:
         raise InputError("section: expected none with a tracer, which has its own scene")
     follows = name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))
-    if lit is not None or (scene is None and follows):
+    steps: Iterator[Guides] = iter(())
+    if lit is not None:
+        steps = lit.guides_in_steps()
+        guides = next(steps)
+    elif scene is None and follows:
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
@@ -140,6 +144,9 @@ def progressive(
     planner = Planner(size, "default" if name == GUIDED and guides is not None else model, order)
     count = None if fraction is None else pixel_count(fraction, size)
     at_first = count if first is None else pixel_count(first, size, "first")
+    until = check_number("until", until, 0)
+    if at_first == size[0] * size[1] or until > 0:  # the first picture may be the last
+        guides = [guides, *steps][-1]
     sequence = PixelSequence(size, order, seed, guides)
     if at_first == size[0] * size[1]:  # no choice of pixels, and no second round
         sequence = PixelSequence(size, "lattice", seed)
@@ -155,12 +162,12 @@ def progressive(
         guides=guides,
         is_patient=frame_ms is None and scene is None,
     )
-    until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     if turns:
         picture.trace_ahead()
-    picture.warm_up(until)
-    return _frames(picture, at_first, count, budget, until)
+    if guides is None:  # else no network completes it
+        picture.warm_up(until)
+    return _frames(picture, at_first, count, budget, until, steps)
 
 
 def _size_of(tracer: Tracer | AsyncTracer | None, size: SizeLike | None) -> Size:
@@ -175,11 +182,18 @@ def _size_of(tracer: Tracer | AsyncTracer | None, size: SizeLike | None) -> Size
 
 
 def _frames(
-    picture: PartialPicture, first: int | None, count: int | None, budget: float, until: float
+    picture: PartialPicture,
+    first: int | None,
+    count: int | None,
+    budget: float,
+    until: float,
+    guides: Iterator[Guides],
 ) -> Iterator[Frame]:
-    """Yield frames, each with `count` more pixels or a budget in seconds."""
+    """Yield frames, each with `count` more pixels or a budget in seconds; `guides` replace the picture's after the
+    first."""
     try:
         yield picture.frame(time.perf_counter(), first, budget, until)
+        picture.guides = next(guides, picture.guides)
         while not picture.finished:
             yield picture.frame(time.perf_counter(), count, budget, until)
     finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,9 @@ HITS = 10
 
 EDGE_RAYS: int = _core.EDGE_RAYS
 """Rays of first hits at edges, down and across a pixel."""
+
+FIRST_EDGE_RAYS: int = _core.MOVING_EDGE_RAYS
+"""The same for a first picture, which is soon replaced."""
 
 
 class LitTracer:
@@ -111,9 +115,21 @@ class LitTracer:
     def guides(self) -> Guides:
         """First surfaces at all pixels' centres, with `EDGE_RAYS`^2 within pixels at edges; means over pixels if paths
         are apart."""
+        return self._guides(self._first_hits(), EDGE_RAYS)
+
+    def guides_in_steps(self) -> Iterator[Guides]:
+        """Yield guides for a first picture, with `FIRST_EDGE_RAYS`^2 within pixels at edges, then those of `guides`."""
+        planes = self._first_hits()
+        for rays in (FIRST_EDGE_RAYS, EDGE_RAYS):
+            yield self._guides(planes, rays)
+
+    def _first_hits(self) -> NDArray[np.float32]:
         planes = np.empty((HITS, *self.size), np.float32)
         self._core.first_hits(self.camera_in_core, planes)
-        edges = Edges(*self._core.hits_at_edges(self.camera_in_core, planes, EDGE_RAYS))
+        return planes
+
+    def _guides(self, planes: NDArray[np.float32], edge_rays: int) -> Guides:
+        edges = Edges(*self._core.hits_at_edges(self.camera_in_core, planes, edge_rays))
         if self._apart:
             planes[:, edges.pixels[:, 0], edges.pixels[:, 1]] = _means(edges.hits).T
             planes[4:7] *= planes[0]  # light over a pixel is the light of its covered part
