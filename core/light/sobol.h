@@ -115,10 +115,10 @@ constexpr std::uint32_t interleaved_bits(std::uint32_t row, std::uint32_t column
 
 /// Numbers in [0, 1) for the samples of a pixel.
 ///
-/// All pixels share one sequence, in which each pixel of a visit has a run of its own. Pixels of any square of 2^n x 2^n have runs one
-/// after the other, so their samples are stratified together, and errors of neighbours cancel: Ahmed and Wonka, "Screen-space
+/// All pixels share one sequence, in which each pixel of a visit has a run of its own. The pixels of a block, whose side is a power of two,
+/// have runs one after the other, so their samples are stratified together, and errors of neighbours cancel: Ahmed and Wonka, "Screen-space
 /// Blue-noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels" (SIGGRAPH Asia 2020). On later visits, a
-/// pixel has the runs of its neighbours in such a square, so all samples of a pixel are stratified together, too.
+/// pixel has the runs of its neighbours in such a block, so all samples of a pixel are stratified together, too.
 ///
 /// Mean error of light in 1/255, 384x288, all pixels, with a sequence for each pixel and with this one: 4 paths, under a sky .57 and .46, in
 /// the studio .43 and .38; 16 paths, .31 and .27, .28 and .25.
