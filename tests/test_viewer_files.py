@@ -21,6 +21,7 @@ from test_container import ODD_LIGHTS, with_light
 from textures import OTHERS, shared_scene
 
 import bobrossnet as bob
+from bobrossnet.adapters import surface as surfaces_of_files
 from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.page.files import READ_IN_PAGE
 from bobrossnet.picture.channels import COLORED
@@ -822,10 +823,12 @@ def test_other_shared_textures_are_refused(changes, read, tmp_path):
 
 
 def test_scene_files_have_a_budget_of_texels(browser, viewer, tmp_path, monkeypatch):
-    """The last texel is too many. The budget is 128 here, because 2^27 texels take seconds."""
-    monkeypatch.setattr("bobrossnet.adapters.surface.MAX_FILE_TEXELS", 128)
-    script = viewer.files["files/surface.js"].read_bytes()
-    viewer.files["files/surface.js"] = script.replace(b"MAX_FILE_TEXELS = 2 ** 27;", b"MAX_FILE_TEXELS = 128;")
+    """2^27 texels; the last one is too many. The budget is 128 here, because so many texels take seconds."""
+    assert surfaces_of_files.MAX_FILE_TEXELS == 2**27
+    monkeypatch.setattr(surfaces_of_files, "MAX_FILE_TEXELS", 128)
+    script, budget = viewer.files["files/surface.js"].read_bytes(), b"MAX_FILE_TEXELS = 2 ** 27;"
+    assert budget in script
+    monkeypatch.setitem(viewer.files, "files/surface.js", script.replace(budget, b"MAX_FILE_TEXELS = 128;"))
     texture, uv = np.zeros((8, 8, 3), np.uint8), np.zeros((3, 2))
     file = tmp_path / "a.bob"
     tensors, instances = {}, []
